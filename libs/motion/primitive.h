@@ -1,0 +1,91 @@
+// A motion primitive P = (φ_i, y*_i,t, ρ_i,t): task variables with targets and precisions over time (paper, eq. 2).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+
+namespace primo::motion {
+
+/// When a task variable counts. Step t runs from 1 to T; `at` is a fraction of T.
+enum class Profile {
+  constant,   ///< ρ at every step
+  final,      ///< ρ at T only
+  late,       ///< ρ from `at`·T to T
+  early_late, ///< ρ before `at`·T, rho_late from there on
+  ramp,       ///< as early_late, and the target rises linearly to its final value over the late phase
+};
+}  // namespace primo::motion
+
+template <>
+struct primo::config::EnumNames<primo::motion::Profile> {
+  static constexpr std::array<std::string_view, 5> names = {"constant", "final", "late", "early_late", "ramp"};
+};
+
+namespace primo::motion {
+
+/// One φ_i with its target, time profile and precision(s). `variable` names an entry of the table of task variables.
+struct Task {
+  std::string name;      ///< unique in the primitive; what reports and ρ tables call it
+  std::string variable;  ///< the φ: a key of task_variables()
+  Profile profile = Profile::constant;
+  double at = 0.8;             ///< where the late phase starts, as a fraction of T
+  double rho = 1.0;            ///< ρ (early phase)
+  double rho_late = 0.0;       ///< ρ of the late phase; only for early_late and ramp
+  std::vector<double> target;  ///< y*; empty: zero
+  std::map<std::string, double> parameters;  ///< of the task variable, e.g. margin
+  bool optimize = true;        ///< whether its ρ is open to the optimizer
+  template <class V>
+  void visit(V&& v) {
+    v("name", name, {.help = "unique in the primitive", .required = true});
+    v("variable", variable, {.help = "the task variable φ", .required = true});
+    v("profile", profile, {.help = "when it counts"});
+    v("at", at, {.help = "start of the late phase, fraction of T", .min = 0, .max = 1});
+    v("rho", rho, {.help = "precision ρ", .min = 0, .max = 1e12});
+    v("rho_late", rho_late, {.help = "precision of the late phase", .min = 0, .max = 1e12});
+    v("target", target, {.help = "y*"});
+    v("parameters", parameters, {.help = "of the task variable"});
+    v("optimize", optimize, {.help = "open to the optimizer"});
+  }
+};
+
+struct Primitive {
+  std::string name;
+  std::string action;          ///< the symbolic action it realises, e.g. grasp
+  int steps = 64;              ///< T
+  double duration = 4.0;       ///< s
+  std::string solver = "gauss_newton";
+  std::string start = "ik";    ///< rest or ik
+  int max_iterations = 100;
+  double tolerance = 1e-2;     ///< on the step, rad
+  double control_rate = 1.0;   ///< H = control_rate · W · τ
+  std::vector<Task> tasks;
+
+  /// The open precisions as log10 ρ, in the order of tasks, early before late; and the same names: "position", "fingers.late".
+  std::vector<double> log_rho() const;
+  std::vector<std::string> rho_names() const;
+  /// The primitive with these log10 ρ. @pre size matches log_rho().
+  Primitive with_log_rho(const std::vector<double>& values) const;
+  Status validate() const;
+  template <class V>
+  void visit(V&& v) {
+    v("name", name, {.required = true});
+    v("action", action, {.help = "the symbolic action", .required = true});
+    v("steps", steps, {.help = "T", .min = 1, .max = 1000});
+    v("duration", duration, {.unit = "s", .min = 0.05, .max = 60});
+    v("solver", solver, {.help = "the planner"});
+    v("start", start, {.choices = {"rest", "ik"}});
+    v("max_iterations", max_iterations, {.min = 1, .max = 10000});
+    v("tolerance", tolerance, {.help = "on the step", .unit = "rad", .min = 1e-12, .max = 1});
+    v("control_rate", control_rate, {.help = "scales the joints' control weights", .min = 1e-9, .max = 1e9});
+    v("tasks", tasks, {.required = true});
+  }
+};
+
+/// Reads and validates a primitive file.
+Result<Primitive> read_primitive(const std::filesystem::path& path);
+
+}  // namespace primo::motion

@@ -1,0 +1,85 @@
+// What the study's algorithms need done, without saying how: by services over DDS, or in this process.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/statistics.h"
+#include "motion/plan.h"
+#include "motion/primitive.h"
+#include "optim/optimizer.h"
+#include "physics/verdict.h"
+#include "rules/rule.h"
+#include "scene/estimate.h"
+#include "scene/scenario.h"
+
+namespace primo::study {
+
+/// One primitive tried once in one scenario: planned in the perceived scene, judged in the true one. Its result is a pure function of
+/// its content.
+struct Rollout {
+  scene::Scenario scenario;
+  scene::SceneEstimate estimate;
+  motion::Primitive primitive;
+  std::uint64_t judge_seed = 0;
+  physics::Mode mode = physics::Mode::final_pose;
+  physics::JudgeSettings judge;
+};
+
+struct RolloutResult {
+  motion::PlanStatus plan_status = motion::PlanStatus::bad_input;
+  std::string plan_reason;
+  int iterations = 0;        ///< accepted + rejected
+  double plan_cost = 0;
+  physics::Verdict verdict;
+};
+
+/// Evaluates rollouts. Results come in any order, each index once, from the calling thread; returns when all have come.
+/// Error: stopped (unavailable) or a rollout that no worker can do.
+class Evaluator {
+ public:
+  virtual ~Evaluator() = default;
+  virtual Status evaluate(std::span<const Rollout> rollouts,
+                          const std::function<void(std::size_t index, RolloutResult result)>& on_result) = 0;
+};
+
+/// What to optimize: P on K training scenarios against a desired outcome.
+struct OptimizeGoal {
+  std::string study;                          ///< study id
+  int round = 0;
+  std::string directory;                      ///< of the study, where the journal is
+  motion::Primitive primitive;                ///< ρ of P; the open entries are optimized
+  std::vector<scene::Scenario> scenarios;     ///< training set S_1…K
+  std::vector<scene::SceneEstimate> estimates;
+  std::vector<symbols::Literal> desired;      ///< ground or lifted over the action's arguments (X, Y, …): the rule's desired outcome
+  optim::OptimizerSettings optimizer;
+  std::vector<std::string> algorithms;        ///< run one after the other with the same budget, e.g. cma, monte_carlo; the best wins
+  int restarts = 1;
+  physics::JudgeSettings judge;
+  std::uint64_t seed = 0;
+};
+
+struct OptimizeResult {
+  std::string study;
+  int round = 0;
+  motion::Primitive primitive;  ///< P*
+  double gamma = 0;             ///< γ(P*) on the training set
+  Rate success;                 ///< strict, over the training set
+  int evaluations = 0;
+};
+
+/// Everything the conductor asks of others.
+class Workers : public Evaluator {
+ public:
+  /// Camera, then perception, for each scenario; in order.
+  virtual Result<std::vector<scene::SceneEstimate>> observe(std::span<const scene::Scenario> scenarios) = 0;
+  /// Rules of all these experiences; `batch` names them ("study/round").
+  virtual Result<rules::RuleSet> learn(const std::string& batch, const std::vector<symbols::Experience>& experiences) = 0;
+  virtual Result<OptimizeResult> optimize(const OptimizeGoal& goal) = 0;
+};
+
+}  // namespace primo::study
