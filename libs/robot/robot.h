@@ -97,4 +97,118 @@ struct RobotFile {
   }
 };
 
+/// A frame fixed to body `body` (an index into Robot::bodies()): X_BF.
+struct Frame {
+  int body = 0;
+  Pose X_BF = Pose::Identity();
+};
+
+struct Fingertip {
+  std::string name;
+  Frame frame;         ///< origin: the tip's centre; z: the pad's outward normal
+  bool thumb = false;  ///< opposes the others
+  int link_shape = -1; ///< the collision shape of the tip's body that is nearest to the tip's centre: its distal phalanx
+};
+
+/// A body of the chain. Parents come before their children; body 0 is the world.
+struct Body {
+  std::string name;
+  int parent = -1;
+  bool hand = false;   ///< moved by a hand joint, or rigidly fixed to a link that the last arm joint moves
+};
+
+/// A collision shape fixed to a body: X_BG.
+struct LinkShape {
+  std::string name;    ///< the geom's name, or its body's where it has none
+  int body = 0;
+  Pose X_BG = Pose::Identity();
+  Shape shape;
+  bool hand = false;   ///< of the hand, not the arm
+  bool moves = false;  ///< at least one joint moves it
+};
+
+/// One scalar MJCF joint between a body and its parent. Its value is offset + ratio · q[index].
+struct ChainJoint {
+  std::string name;
+  int body = 0;
+  int index = 0;       ///< which q drives it
+  bool slide = false;  ///< translation along the axis; else a hinge
+  double offset = 0, ratio = 1;
+  double reference = 0;                 ///< the value at which the joint displaces nothing
+  Eigen::Vector3d anchor{0, 0, 0};      ///< in the body frame, m
+  Eigen::Vector3d axis{0, 0, 1};        ///< unit, in the body frame
+};
+
+/// Where everything is at one q. Reused between calls: forward() allocates only on the first.
+struct Kinematics {
+  std::vector<Pose> X_WB;                 ///< by body
+  std::vector<Eigen::Vector3d> anchor_W;  ///< by chain joint, m
+  std::vector<Eigen::Vector3d> axis_W;    ///< by chain joint, unit
+};
+
+/// The kinematic chain of a robot file, read out of its MJCF model once. Immutable: one object serves any number of threads.
+/// n is the number of listed joints, arm then hand; every q has n entries in radians (metres for slides).
+class Robot {
+ public:
+  /// Reads a robot file and the MJCF model it names. Errors name the file, the missing joint or body, and those that exist.
+  static Result<Robot> load(const std::filesystem::path& robot_file);
+
+  const std::string& name() const { return file_.name; }
+  const RobotFile& file() const { return file_; }
+  const std::filesystem::path& mjcf_path() const { return mjcf_path_; }
+
+  int joints() const { return static_cast<int>(joint_names_.size()); }
+  int arm_joints() const { return static_cast<int>(file_.arm.size()); }
+  int hand_joints() const { return static_cast<int>(file_.hand.size()); }
+  const std::vector<std::string>& joint_names() const { return joint_names_; }
+  const Eigen::VectorXd& lower() const { return lower_; }    ///< rad
+  const Eigen::VectorXd& upper() const { return upper_; }    ///< rad
+  const Eigen::VectorXd& home() const { return home_; }      ///< rad
+  const Eigen::VectorXd& control_weights() const { return control_weights_; }  ///< the diagonal of W
+
+  const std::vector<Body>& bodies() const { return bodies_; }
+  const std::vector<ChainJoint>& chain() const { return chain_; }
+  const std::vector<LinkShape>& link_shapes() const { return link_shapes_; }
+  const Frame& grasp_frame() const { return grasp_frame_; }
+  const std::vector<Fingertip>& fingertips() const { return fingertips_; }
+
+  /// The index of the body of this name, or −1.
+  int body(const std::string& name) const;
+
+  /// Poses of all bodies at q. @pre q.size() == joints().
+  void forward(const Eigen::Ref<const Eigen::VectorXd>& q, Kinematics& out) const;
+  Kinematics forward(const Eigen::Ref<const Eigen::VectorXd>& q) const;
+
+  /// X_WF at these kinematics.
+  Pose pose(const Kinematics& kinematics, const Frame& frame) const { return kinematics.X_WB[frame.body] * frame.X_BF; }
+  /// X_WG of a link shape.
+  Pose pose(const Kinematics& kinematics, const LinkShape& link) const { return kinematics.X_WB[link.body] * link.X_BG; }
+
+  /// Adds weightᵀ · ∂p_W/∂q to `row` (1 × n), for the point of `body` now at p_W: the gradient of weightᵀ p_W.
+  void add_point_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W, const Eigen::Vector3d& weight,
+                          Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// Adds weightᵀ · ∂v_W/∂q to `row` (1 × n), for a vector v fixed to `body` and now v_W.
+  void add_vector_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W, const Eigen::Vector3d& weight,
+                           Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// ∂p_W/∂q (3 × n) of the point of `body` now at p_W.
+  Eigen::Matrix3Xd point_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W) const;
+  /// ∂v_W/∂q (3 × n) of a vector fixed to `body` and now v_W.
+  Eigen::Matrix3Xd vector_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W) const;
+
+ private:
+  friend class ModelReader;
+  RobotFile file_;
+  std::filesystem::path mjcf_path_;
+  std::vector<std::string> joint_names_;
+  Eigen::VectorXd lower_, upper_, home_, control_weights_;
+  std::vector<Body> bodies_;
+  std::vector<Pose> X_PB_;                     // by body: in its parent, joints at their reference
+  std::vector<ChainJoint> chain_;              // in the order of bodies
+  std::vector<int> first_joint_;               // by body: its range in chain_, bodies + 1 entries
+  std::vector<std::vector<int>> moving_;       // by body: the chain joints that move it
+  std::vector<LinkShape> link_shapes_;
+  Frame grasp_frame_;
+  std::vector<Fingertip> fingertips_;
+};
+
 }  // namespace primo::robot
