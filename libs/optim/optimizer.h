@@ -53,6 +53,7 @@ class Optimizer {
   virtual std::vector<double> recommendation() const = 0; ///< what to use: the distribution's mean where there is one, else the best
   virtual std::vector<double> best() const = 0;         ///< the best sample
   virtual double best_fitness() const = 0;
+  virtual double sigma() const { return 0; }            ///< overall step as a fraction of the box's width; 0 where there is none
 };
 
 /// Errors: unknown name (lists the known), bounds of different sizes or in the wrong order, a budget below one generation.

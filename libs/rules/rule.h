@@ -17,14 +17,19 @@ struct RuleOutcome {
   std::int64_t count = 0;  ///< training examples this outcome explains
 };
 
-/// action(X…) : context → outcomes | noise. Variables begin with a capital; those not among the action's arguments are deictic
-/// and must bind uniquely. Distinct variables denote distinct objects.
+/// action(X…) : context → outcomes | noise. Variables begin with a capital; those not among the action's arguments are
+/// deictic and must bind uniquely. Distinct variables denote distinct objects.
 struct Rule {
   symbols::Literal action;
   std::vector<symbols::Literal> context;
   std::vector<RuleOutcome> outcomes;
   double noise = 0;
-  std::int64_t noise_count = 0;
+  std::int64_t noise_count = 0;  ///< training examples that no outcome explains
+  /// Training examples the rule covers: Σ counts + noise_count, or less when an example is explained by several
+  /// outcomes. 0: not known, take the sum (see trials()).
+  std::int64_t examples = 0;
+
+  std::int64_t trials() const;  ///< examples, or the sum of all counts when that is not stated
 };
 
 struct DefaultRule {
@@ -46,7 +51,12 @@ Result<RuleSet> rules_from_json(const std::string& text);
 std::string to_text(const Rule& rule);
 std::string to_text(const RuleSet& rules);
 
-/// The paper's simplification: the most probable outcome is the desired one, all else is noise (eq. 3).
+/// The index of the most probable outcome that changes anything (has a literal); −1 when there is none. See decision
+/// 0301.
+int desired_index(const Rule& rule);
+
+/// The paper's simplification: the most probable outcome that changes anything is the desired one, all else is noise
+/// (eq. 3). With counts, the probabilities are those of the maximum likelihood: count / trials.
 Rule project_to_desired(const Rule& rule);
 
 }  // namespace primo::rules

@@ -32,6 +32,12 @@ struct Experience {
   State after;
 };
 
+/// Whether a term is a variable: it begins with a capital.
+bool is_variable(const std::string& term);
+
+/// A well-formed experience: known, distinct objects that are no variables; ground, positive literals over them. Error: data.
+Status validate(const Experience& experience);
+
 /// One JSON line: {"objects":[…],"s":[["on","c1","t"],…],"a":["grasp","c1"],"s2":[…]}; an "id" is written when it is not empty.
 std::string to_json_line(const Experience& experience);
 Result<Experience> experience_from_json(const std::string& line);

@@ -1,0 +1,44 @@
+// Learning NID rules from experiences: greedy search over rule sets for the score of Pasula, Zettlemoyer and Kaelbling,
+// Learning Symbolic Models of Stochastic Domains, JAIR 29 (2007):
+//   S(R) = Σ log P̂(s′|s,a,r(s,a)) − α Σ PEN(r),   P̂ = p_min p_0 + Σ p_i [outcome i takes s to s′],
+// where PEN counts the literals of a rule's context and outcomes.
+#pragma once
+
+#include <vector>
+
+#include "rules/rule.h"
+
+namespace primo::rules {
+
+struct LearnerSettings {
+  double alpha = 0.5;            ///< nats a literal costs
+  double p_min = 1e-8;           ///< probability a noise outcome gives to a state
+  int max_references = 3;        ///< deictic variables a rule
+  int max_steps = 10000;         ///< accepted changes of the rule set, for each action
+  int max_evaluations = 300000;  ///< candidate rules fitted, for each action; then the best set so far is returned
+  template <class V>
+  void visit(V&& v) {
+    v("alpha", alpha, {.help = "penalty of a literal", .unit = "nats", .min = 0, .max = 1e6});
+    v("p_min", p_min, {.help = "probability that noise gives to a state", .min = 1e-300, .max = 0.1});
+    v("max_references", max_references, {.help = "deictic variables a rule", .min = 0, .max = 6});
+    v("max_steps", max_steps, {.help = "accepted changes of the rule set for each action", .min = 1, .max = 1e9});
+    v("max_evaluations", max_evaluations, {.help = "candidate rules fitted for each action", .min = 1, .max = 1e9});
+  }
+};
+
+/// The rules of every action in `experiences`. They do not depend on the order of the experiences or on the names of
+/// objects. Experiences with the same non-empty id count once. No experiences: no rules. Errors (data): an ill-formed
+/// experience, one id with two contents, a literal with too many arguments; settings out of range (config).
+Result<RuleSet> learn(const std::vector<symbols::Experience>& experiences, const LearnerSettings& settings = {});
+
+/// S(R) of `rules` on `experiences` (nats), with the probabilities that the rules state. An action without a default
+/// rule is scored as if one said p(noise) = 1.
+double score(const RuleSet& rules, const std::vector<symbols::Experience>& experiences,
+             const LearnerSettings& settings = {});
+
+/// The positive literals over the rule's variables that held in every experience the rule covers and are not in its
+/// context. The data say nothing about what happens without them, so the learner leaves them out; a printed rule may
+/// list them beside.
+std::vector<symbols::Literal> untested_context(const Rule& rule, const std::vector<symbols::Experience>& experiences);
+
+}  // namespace primo::rules
