@@ -29,8 +29,8 @@ struct FrameSpec {
 /// A fingertip: the centre of its pad and the pad's outward normal (towards a grasped object).
 struct FingertipSpec {
   std::string name;
-  FrameSpec frame;                    ///< origin: the tip's centre; z: the pad's outward normal
-  bool thumb = false;                 ///< opposes the others
+  FrameSpec frame;     ///< origin: the tip's centre; z: the pad's outward normal
+  bool thumb = false;  ///< opposes the others
   template <class V>
   void visit(V&& v) {
     v("name", name, {.required = true});
@@ -61,10 +61,10 @@ struct ArmJointSpec {
 struct HandJointSpec {
   std::string joint;
   double control_weight = 0.1;
-  double home = 0.0;            ///< rad, fingers open
-  double closing = 0.0;         ///< N·m and direction: torque that closes the hand on an object; 0: held
-  double kp = 0, kd = 0;        ///< position servo, N·m/rad and N·m·s/rad
-  double max_torque = 0;        ///< N·m
+  double home = 0.0;      ///< rad, fingers open
+  double closing = 0.0;   ///< N·m and direction: torque that closes the hand on an object; 0: held
+  double kp = 0, kd = 0;  ///< position servo, N·m/rad and N·m·s/rad
+  double max_torque = 0;  ///< N·m
   template <class V>
   void visit(V&& v) {
     v("joint", joint, {.required = true});
@@ -77,14 +77,14 @@ struct HandJointSpec {
   }
 };
 
-/// A robot file (YAML). Joint order of every q in primo: arm joints, then hand joints. Joints that an MJCF equality couples to a listed
-/// one follow it and are not listed.
+/// A robot file (YAML). Joint order of every q in primo: arm joints, then hand joints. Joints that an MJCF equality
+/// couples to a listed one follow it and are not listed.
 struct RobotFile {
   std::string name;
-  std::string mjcf;                        ///< relative to the robot file
+  std::string mjcf;  ///< relative to the robot file
   std::vector<ArmJointSpec> arm;
   std::vector<HandJointSpec> hand;
-  FrameSpec grasp_frame;                   ///< origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers
+  FrameSpec grasp_frame;  ///< origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers
   std::vector<FingertipSpec> fingertips;
   template <class V>
   void visit(V&& v) {
@@ -92,7 +92,9 @@ struct RobotFile {
     v("mjcf", mjcf, {.help = "MJCF model, relative to this file", .required = true});
     v("arm", arm, {.help = "arm joints from the base outwards", .required = true});
     v("hand", hand, {.help = "independent hand joints", .required = true});
-    v("grasp_frame", grasp_frame, {.help = "origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers", .required = true});
+    v("grasp_frame", grasp_frame,
+      {.help = "origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers",
+       .required = true});
     v("fingertips", fingertips, {.required = true});
   }
 };
@@ -107,19 +109,20 @@ struct Fingertip {
   std::string name;
   Frame frame;         ///< origin: the tip's centre; z: the pad's outward normal
   bool thumb = false;  ///< opposes the others
-  int link_shape = -1; ///< the collision shape of the tip's body that is nearest to the tip's centre: its distal phalanx
+  int link_shape =
+      -1;  ///< the collision shape of the tip's body that is nearest to the tip's centre: its distal phalanx
 };
 
 /// A body of the chain. Parents come before their children; body 0 is the world.
 struct Body {
   std::string name;
   int parent = -1;
-  bool hand = false;   ///< moved by a hand joint, or rigidly fixed to a link that the last arm joint moves
+  bool hand = false;  ///< moved by a hand joint, or rigidly fixed to a link that the last arm joint moves
 };
 
 /// A collision shape fixed to a body: X_BG.
 struct LinkShape {
-  std::string name;    ///< the geom's name, or its body's where it has none
+  std::string name;  ///< the geom's name, or its body's where it has none
   int body = 0;
   Pose X_BG = Pose::Identity();
   Shape shape;
@@ -134,9 +137,9 @@ struct ChainJoint {
   int index = 0;       ///< which q drives it
   bool slide = false;  ///< translation along the axis; else a hinge
   double offset = 0, ratio = 1;
-  double reference = 0;                 ///< the value at which the joint displaces nothing
-  Eigen::Vector3d anchor{0, 0, 0};      ///< in the body frame, m
-  Eigen::Vector3d axis{0, 0, 1};        ///< unit, in the body frame
+  double reference = 0;             ///< the value at which the joint displaces nothing
+  Eigen::Vector3d anchor{0, 0, 0};  ///< in the body frame, m
+  Eigen::Vector3d axis{0, 0, 1};    ///< unit, in the body frame
 };
 
 /// Where everything is at one q. Reused between calls: forward() allocates only on the first.
@@ -146,11 +149,12 @@ struct Kinematics {
   std::vector<Eigen::Vector3d> axis_W;    ///< by chain joint, unit
 };
 
-/// The kinematic chain of a robot file, read out of its MJCF model once. Immutable: one object serves any number of threads.
-/// n is the number of listed joints, arm then hand; every q has n entries in radians (metres for slides).
+/// The kinematic chain of a robot file, read out of its MJCF model once. Immutable: one object serves any number of
+/// threads. n is the number of listed joints, arm then hand; every q has n entries in radians (metres for slides).
 class Robot {
  public:
-  /// Reads a robot file and the MJCF model it names. Errors name the file, the missing joint or body, and those that exist.
+  /// Reads a robot file and the MJCF model it names. Errors name the file, the missing joint or body, and those that
+  /// exist.
   static Result<Robot> load(const std::filesystem::path& robot_file);
 
   const std::string& name() const { return file_.name; }
@@ -161,9 +165,9 @@ class Robot {
   int arm_joints() const { return static_cast<int>(file_.arm.size()); }
   int hand_joints() const { return static_cast<int>(file_.hand.size()); }
   const std::vector<std::string>& joint_names() const { return joint_names_; }
-  const Eigen::VectorXd& lower() const { return lower_; }    ///< rad
-  const Eigen::VectorXd& upper() const { return upper_; }    ///< rad
-  const Eigen::VectorXd& home() const { return home_; }      ///< rad
+  const Eigen::VectorXd& lower() const { return lower_; }                      ///< rad
+  const Eigen::VectorXd& upper() const { return upper_; }                      ///< rad
+  const Eigen::VectorXd& home() const { return home_; }                        ///< rad
   const Eigen::VectorXd& control_weights() const { return control_weights_; }  ///< the diagonal of W
 
   const std::vector<Body>& bodies() const { return bodies_; }
@@ -182,14 +186,16 @@ class Robot {
   /// X_WF at these kinematics.
   Pose pose(const Kinematics& kinematics, const Frame& frame) const { return kinematics.X_WB[frame.body] * frame.X_BF; }
   /// X_WG of a link shape.
-  Pose pose(const Kinematics& kinematics, const LinkShape& link) const { return kinematics.X_WB[link.body] * link.X_BG; }
+  Pose pose(const Kinematics& kinematics, const LinkShape& link) const {
+    return kinematics.X_WB[link.body] * link.X_BG;
+  }
 
   /// Adds weightᵀ · ∂p_W/∂q to `row` (1 × n), for the point of `body` now at p_W: the gradient of weightᵀ p_W.
-  void add_point_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W, const Eigen::Vector3d& weight,
-                          Eigen::Ref<Eigen::RowVectorXd> row) const;
+  void add_point_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
+                          const Eigen::Vector3d& weight, Eigen::Ref<Eigen::RowVectorXd> row) const;
   /// Adds weightᵀ · ∂v_W/∂q to `row` (1 × n), for a vector v fixed to `body` and now v_W.
-  void add_vector_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W, const Eigen::Vector3d& weight,
-                           Eigen::Ref<Eigen::RowVectorXd> row) const;
+  void add_vector_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W,
+                           const Eigen::Vector3d& weight, Eigen::Ref<Eigen::RowVectorXd> row) const;
   /// ∂p_W/∂q (3 × n) of the point of `body` now at p_W.
   Eigen::Matrix3Xd point_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W) const;
   /// ∂v_W/∂q (3 × n) of a vector fixed to `body` and now v_W.
@@ -202,10 +208,10 @@ class Robot {
   std::vector<std::string> joint_names_;
   Eigen::VectorXd lower_, upper_, home_, control_weights_;
   std::vector<Body> bodies_;
-  std::vector<Pose> X_PB_;                     // by body: in its parent, joints at their reference
-  std::vector<ChainJoint> chain_;              // in the order of bodies
-  std::vector<int> first_joint_;               // by body: its range in chain_, bodies + 1 entries
-  std::vector<std::vector<int>> moving_;       // by body: the chain joints that move it
+  std::vector<Pose> X_PB_;                // by body: in its parent, joints at their reference
+  std::vector<ChainJoint> chain_;         // in the order of bodies
+  std::vector<int> first_joint_;          // by body: its range in chain_, bodies + 1 entries
+  std::vector<std::vector<int>> moving_;  // by body: the chain joints that move it
   std::vector<LinkShape> link_shapes_;
   Frame grasp_frame_;
   std::vector<Fingertip> fingertips_;

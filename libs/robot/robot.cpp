@@ -1,0 +1,92 @@
+#include "robot/robot.h"
+
+#include "core/check.h"
+
+namespace primo::robot {
+
+int Robot::body(const std::string& name) const {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void Robot::forward(const Eigen::Ref<const Eigen::VectorXd>& q, Kinematics& out) const {
+  PRIMO_CHECK(q.size() == joints(),
+              "q has " + std::to_string(q.size()) + " entries, expected " + std::to_string(joints()));
+  out.X_WB.resize(bodies_.size());
+  out.anchor_W.resize(chain_.size());
+  out.axis_W.resize(chain_.size());
+  out.X_WB[0].setIdentity();
+  for (std::size_t b = 1; b < bodies_.size(); ++b) {
+    // Rotations and translations apart: products of Isometry3d would also multiply the constant last row.
+    const Pose& X_WP = out.X_WB[bodies_[b].parent];
+    Eigen::Matrix3d R = X_WP.linear() * X_PB_[b].linear();
+    Eigen::Vector3d p = X_WP.linear() * X_PB_[b].translation() + X_WP.translation();
+    for (int j = first_joint_[b]; j < first_joint_[b + 1]; ++j) {
+      const ChainJoint& joint = chain_[j];
+      const double displacement = joint.offset + joint.ratio * q[joint.index] - joint.reference;
+      out.axis_W[j] = R * joint.axis;
+      out.anchor_W[j] = p + R * joint.anchor;
+      if (joint.slide) {
+        p += displacement * out.axis_W[j];
+      } else {
+        R = R * Eigen::AngleAxisd(displacement, joint.axis).toRotationMatrix();
+        p = out.anchor_W[j] - R * joint.anchor;
+      }
+    }
+    Pose& X_WB = out.X_WB[b];
+    X_WB.setIdentity();
+    X_WB.linear() = R;
+    X_WB.translation() = p;
+  }
+}
+
+Kinematics Robot::forward(const Eigen::Ref<const Eigen::VectorXd>& q) const {
+  Kinematics kinematics;
+  forward(q, kinematics);
+  return kinematics;
+}
+
+void Robot::add_point_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
+                               const Eigen::Vector3d& weight, Eigen::Ref<Eigen::RowVectorXd> row) const {
+  for (const int j : moving_[body]) {
+    const ChainJoint& joint = chain_[j];
+    const Eigen::Vector3d& axis = kinematics.axis_W[j];
+    row[joint.index] +=
+        joint.ratio * (joint.slide ? weight.dot(axis) : weight.dot(axis.cross(p_W - kinematics.anchor_W[j])));
+  }
+}
+
+void Robot::add_vector_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W,
+                                const Eigen::Vector3d& weight, Eigen::Ref<Eigen::RowVectorXd> row) const {
+  for (const int j : moving_[body]) {
+    const ChainJoint& joint = chain_[j];
+    if (!joint.slide) row[joint.index] += joint.ratio * weight.dot(kinematics.axis_W[j].cross(v_W));
+  }
+}
+
+Eigen::Matrix3Xd Robot::point_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W) const {
+  Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, joints());
+  for (const int j : moving_[body]) {
+    const ChainJoint& joint = chain_[j];
+    const Eigen::Vector3d& axis = kinematics.axis_W[j];
+    if (joint.slide) {
+      J.col(joint.index) += joint.ratio * axis;
+    } else {
+      J.col(joint.index) += joint.ratio * axis.cross(p_W - kinematics.anchor_W[j]);
+    }
+  }
+  return J;
+}
+
+Eigen::Matrix3Xd Robot::vector_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W) const {
+  Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, joints());
+  for (const int j : moving_[body]) {
+    const ChainJoint& joint = chain_[j];
+    if (!joint.slide) J.col(joint.index) += joint.ratio * kinematics.axis_W[j].cross(v_W);
+  }
+  return J;
+}
+
+}  // namespace primo::robot
