@@ -1,0 +1,199 @@
+#include "physics/model.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <mutex>
+#include <set>
+
+namespace primo::physics {
+namespace {
+
+// MuJoCo's defaults write MUJOCO_LOG.TXT into the working directory and end the process. Warnings are read from mjData
+// instead.
+void ignore_warning(const char*) {}
+void stop_on_error(const char* message) { check_failed("MuJoCo", "mujoco", 0, message); }
+
+void install_handlers() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    mju_user_warning = ignore_warning;
+    mju_user_error = stop_on_error;
+  });
+}
+
+struct VfsDeleter {
+  void operator()(mjVFS* vfs) const {
+    mj_deleteVFS(vfs);
+    delete vfs;
+  }
+};
+
+Status add_file(mjVFS* vfs, const std::string& name, const std::string& text) {
+  if (mj_makeEmptyFileVFS(vfs, name.c_str(), static_cast<int>(text.size())) != 0) {
+    return Error{Code::internal, "cannot put " + name + " into MuJoCo's file system"};
+  }
+  std::memcpy(vfs->filedata[mj_findFileVFS(vfs, name.c_str())], text.data(), text.size());
+  return success();
+}
+
+std::string object_mjcf(const scene::Object& object) {
+  const std::string name = xml_escape(object.name);
+  return "    <body name=\"" + name + "\"" + pose_attributes(object.X_WO()) + ">\n      <joint name=\"" + name +
+         "\" type=\"free\"/>\n      <geom name=\"object:" + name + "\"" + shape_attributes(object.shape()) +
+         " mass=\"" + numbers(&object.mass, 1) + "\" group=\"1\" rgba=\"0.35 0.65 0.3 1\"" + contact_attributes() +
+         "/>\n    </body>\n";
+}
+
+std::string table_mjcf(const scene::Table& table) {
+  const Shape box{ShapeType::box, {table.size.x() / 2, table.size.y() / 2, table.thickness / 2}};
+  const Eigen::Vector3d centre = table.top_centre - Eigen::Vector3d(0, 0, table.thickness / 2);
+  return "    <geom name=\"" + xml_escape(table.name) + "\"" + shape_attributes(box) + pose_attributes(pose(centre)) +
+         " group=\"0\" rgba=\"0.62 0.5 0.38 1\"" + contact_attributes() + "/>\n";
+}
+
+}  // namespace
+
+std::string xml_escape(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string numbers(const double* values, int count) {
+  std::string text;
+  std::array<char, 40> buffer{};
+  for (int i = 0; i < count; ++i) {
+    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), values[i]).ptr;
+    if (i) text += ' ';
+    text.append(buffer.data(), end);
+  }
+  return text;
+}
+
+std::string numbers(const Eigen::VectorXd& values) { return numbers(values.data(), static_cast<int>(values.size())); }
+
+std::string shape_attributes(const Shape& shape) {
+  constexpr std::array<const char*, 4> kTypes = {"sphere", "capsule", "cylinder", "box"};
+  constexpr std::array<int, 4> kSizes = {1, 2, 2, 3};
+  const auto type = static_cast<std::size_t>(shape.type);
+  return std::string(" type=\"") + kTypes[type] + "\" size=\"" + numbers(shape.size.data(), kSizes[type]) + "\"";
+}
+
+std::string pose_attributes(const Pose& X) {
+  const Eigen::Quaterniond q = quaternion(X);
+  const std::array<double, 4> wxyz = {q.w(), q.x(), q.y(), q.z()};
+  return " pos=\"" + numbers(X.translation()) + "\" quat=\"" + numbers(wxyz.data(), 4) + "\"";
+}
+
+std::string contact_attributes() {
+  return " contype=\"3\" conaffinity=\"3\" condim=\"4\" friction=\"0.9 0.01 0.0005\" solref=\"0.01 1\" solimp=\"0.95 "
+         "0.99 0.001\"";
+}
+
+std::string solver_mjcf(double timestep) {
+  return "  <option timestep=\"" + numbers(&timestep, 1) +
+         "\" integrator=\"Euler\" solver=\"Newton\" iterations=\"50\" tolerance=\"1e-10\" cone=\"elliptic\" "
+         "impratio=\"10\" "
+         "noslip_iterations=\"0\"/>\n";
+}
+
+Result<Model> compile(const std::string& mjcf, const std::filesystem::path& directory, const std::string& what) {
+  install_handlers();
+  // The compiler sets the locale and other globals of the process.
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<mjVFS, VfsDeleter> vfs(new mjVFS);
+  mj_defaultVFS(vfs.get());
+  constexpr const char* kName = "primo_assembled.xml";
+  PRIMO_TRY(add_file(vfs.get(), kName, mjcf));
+  std::array<char, 1000> message{};
+  mjModel* model =
+      mj_loadXML((directory / kName).string().c_str(), vfs.get(), message.data(), static_cast<int>(message.size()));
+  if (!model) return Error{Code::config, what + ": MuJoCo refuses the model: " + message.data()};
+  return Model(model);
+}
+
+Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenario, const AssembleOptions& options) {
+  std::set<std::string> names = {"world", "floor"};
+  if (robot) {
+    for (const auto& body : robot->bodies()) names.insert(body.name);
+    for (const auto& name : robot->joint_names()) names.insert(name);
+  }
+  if (!names.insert(scenario.table.name).second) {
+    return Error{Code::config, "scenario " + scenario.name + ": the table's name \"" + scenario.table.name +
+                                   "\" is taken by the world, the floor or the robot; give it another"};
+  }
+  const int objects = static_cast<int>(scenario.objects.size());
+  std::string mjcf = "<mujoco model=\"scene\">\n  <compiler angle=\"radian\" autolimits=\"true\"/>\n";
+  mjcf += solver_mjcf(options.timestep);
+  // MuJoCo's automatic sizes make every reset slow. These hold six contacts an object and forty of the hand.
+  mjcf += "  <size njmax=\"" + std::to_string(400 + 100 * objects) + "\" nconmax=\"" +
+          std::to_string(100 + 25 * objects) + "\" nstack=\"" + std::to_string(400000 + 120000 * objects) + "\"/>\n";
+  if (robot) mjcf += "  <include file=\"" + xml_escape(robot->mjcf_path().filename().string()) + "\"/>\n";
+  mjcf +=
+      "  <worldbody>\n    <geom name=\"floor\" type=\"plane\" size=\"4 4 0.1\" group=\"0\" rgba=\"0.8 0.82 0.85 1\"" +
+      contact_attributes() + "/>\n";
+  mjcf += table_mjcf(scenario.table);
+  for (const auto& object : scenario.objects) {
+    if (!names.insert(object.name).second) {
+      return Error{Code::config, "scenario " + scenario.name + ": the name \"" + object.name +
+                                     "\" is taken by another object, the table or the robot; give this object another"};
+    }
+    if (!object.position.allFinite() || !object.rpy.allFinite() || !object.shape().size.allFinite() ||
+        !std::isfinite(object.mass)) {
+      return Error{Code::data,
+                   "scenario " + scenario.name + ": object \"" + object.name + "\" has a number that is not finite"};
+    }
+    mjcf += object_mjcf(object);
+  }
+  mjcf += "  </worldbody>\n" + options.extra + "</mujoco>\n";
+  const std::filesystem::path directory = robot ? robot->mjcf_path().parent_path() : std::filesystem::path();
+  return compile(mjcf, directory,
+                 "scenario " + scenario.name + (robot ? " with robot " + robot->mjcf_path().string() : std::string()));
+}
+
+Pose body_pose(const mjData* data, int body) {
+  Pose X = Pose::Identity();
+  X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->xmat + 9 * body);
+  X.translation() = Eigen::Map<const Eigen::Vector3d>(data->xpos + 3 * body);
+  return X;
+}
+
+void set_free_joint(const mjModel* model, mjData* data, int joint, const Pose& X_WB) {
+  PRIMO_CHECK(joint >= 0 && joint < model->njnt && model->jnt_type[joint] == mjJNT_FREE, "needs a free joint");
+  double* qpos = data->qpos + model->jnt_qposadr[joint];
+  const Eigen::Quaterniond q = quaternion(X_WB);
+  Eigen::Map<Eigen::Vector3d>(qpos, 3) = X_WB.translation();
+  qpos[3] = q.w(), qpos[4] = q.x(), qpos[5] = q.y(), qpos[6] = q.z();
+  std::fill_n(data->qvel + model->jnt_dofadr[joint], 6, 0.0);
+}
+
+bool diverged(const mjData* data) {
+  for (const int warning : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL, mjWARN_BADQPOS, mjWARN_BADQVEL,
+                            mjWARN_BADQACC, mjWARN_BADCTRL}) {
+    if (data->warning[warning].number > 0) return true;
+  }
+  return false;
+}
+
+}  // namespace primo::physics
