@@ -19,8 +19,8 @@
 
 namespace primo::study {
 
-/// One primitive tried once in one scenario: planned in the perceived scene, judged in the true one. Its result is a pure function of
-/// its content.
+/// One primitive tried once in one scenario: planned in the perceived scene, judged in the true one. Its result is a
+/// pure function of its content.
 struct Rollout {
   scene::Scenario scenario;
   scene::SceneEstimate estimate;
@@ -33,7 +33,7 @@ struct Rollout {
 struct RolloutResult {
   motion::PlanStatus plan_status = motion::PlanStatus::bad_input;
   std::string plan_reason;
-  int iterations = 0;        ///< accepted + rejected
+  int iterations = 0;  ///< accepted + rejected
   double plan_cost = 0;
   physics::Verdict verdict;
 };
@@ -49,27 +49,30 @@ class Evaluator {
 
 /// What to optimize: P on K training scenarios against a desired outcome.
 struct OptimizeGoal {
-  std::string study;                          ///< study id
+  std::string study;  ///< study id
   int round = 0;
-  std::string directory;                      ///< of the study, where the journal is
-  motion::Primitive primitive;                ///< ρ of P; the open entries are optimized
-  std::vector<scene::Scenario> scenarios;     ///< training set S_1…K
+  std::string directory;                   ///< of the study, where the journal is
+  motion::Primitive primitive;             ///< ρ of P; the open entries are optimized
+  std::vector<scene::Scenario> scenarios;  ///< training set S_1…K
   std::vector<scene::SceneEstimate> estimates;
-  std::vector<symbols::Literal> desired;      ///< ground or lifted over the action's arguments (X, Y, …): the rule's desired outcome
+  std::vector<symbols::Literal>
+      desired;  ///< ground or lifted over the action's arguments (X, Y, …): the rule's desired outcome
   optim::OptimizerSettings optimizer;
-  std::vector<std::string> algorithms;        ///< run one after the other with the same budget, e.g. cma, monte_carlo; the best wins
+  std::vector<std::string>
+      algorithms;  ///< run one after the other with the same budget, e.g. cma, monte_carlo; the best wins
   int restarts = 1;
   physics::JudgeSettings judge;
   std::uint64_t seed = 0;
+  std::string settings;  ///< OptimizationSettings (optimization.h) as YAML; empty: the defaults
 };
 
 struct OptimizeResult {
   std::string study;
   int round = 0;
   motion::Primitive primitive;  ///< P*
-  double gamma = 0;             ///< γ(P*) on the training set
-  Rate success;                 ///< strict, over the training set
-  int evaluations = 0;
+  double gamma = 0;             ///< γ(P*) on the training set, with seeds that the optimizer has not seen
+  Rate success;                 ///< over the training set and these seeds: strict, and the desired outcome holds
+  int evaluations = 0;          ///< of γ, over all algorithms and restarts
 };
 
 /// Everything the conductor asks of others.
@@ -77,8 +80,10 @@ class Workers : public Evaluator {
  public:
   /// Camera, then perception, for each scenario; in order.
   virtual Result<std::vector<scene::SceneEstimate>> observe(std::span<const scene::Scenario> scenarios) = 0;
-  /// Rules of all these experiences; `batch` names them ("study/round").
-  virtual Result<rules::RuleSet> learn(const std::string& batch, const std::vector<symbols::Experience>& experiences) = 0;
+  /// Rules of all these experiences, each with a unique id; `batch` names them and ends in a digest of them, so that
+  /// another set has another name.
+  virtual Result<rules::RuleSet> learn(const std::string& batch,
+                                       const std::vector<symbols::Experience>& experiences) = 0;
   virtual Result<OptimizeResult> optimize(const OptimizeGoal& goal) = 0;
 };
 
