@@ -1,0 +1,64 @@
+// What a study found. result.json holds it; it says nothing of times, hosts or order, so that an undisturbed run and
+// one that was killed many times write the same bytes.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "study/backend.h"
+
+namespace primo::study {
+
+/// Rates of one primitive on one set of rollouts.
+struct Rates {
+  Rate final_pose;                      ///< the final pose passes the jiggle, as in the paper
+  Rate strict;                          ///< and the path is clean
+  Rate desired;                         ///< strict, and the rule's desired outcome holds
+  double gamma = 0;                     ///< mean fitness
+  std::map<std::string, int> outcomes;  ///< how many ended in each physics::Outcome
+};
+
+/// What was seen of one primitive.
+struct Collection {
+  motion::Primitive primitive;
+  Rates training;        ///< on the training scenarios, with the validation's seeds
+  Rates displaced;       ///< on the displaced scenarios
+  Rate executed;         ///< whole motions in full physics, on the first displaced scenarios
+  rules::RuleSet rules;  ///< learned from the displaced scenarios
+};
+
+struct Optimization {
+  std::vector<symbols::Literal> desired;  ///< over X, Y, …
+  double gamma = 0;
+  Rate success;
+  int evaluations = 0;
+};
+
+struct StudyResult {
+  std::string study;
+  std::string action;
+  std::vector<Collection> collections;      ///< with P, P*, P**, …: one more than rounds
+  std::vector<Optimization> optimizations;  ///< one a round
+  std::string end;                          ///< why the loop ended
+};
+
+std::string to_json(const StudyResult& result);
+Result<StudyResult> result_from_json(const std::string& text);
+
+/// Reads result.json of a study's directory.
+Result<StudyResult> read_result(const std::filesystem::path& directory);
+
+/// The rule of this action whose outcomes hold the desired literals (by action variables X, Y, …), or the first of the
+/// action, or nullptr.
+const rules::Rule* rule_of(const rules::RuleSet& rules, const std::string& action);
+
+/// Whether the rules differ: another structure (contexts, outcomes), or a probability outside the other's 95 %
+/// interval.
+bool rules_changed(const rules::RuleSet& before, const rules::RuleSet& after);
+
+/// For a terminal: the action's rule before and after in the paper's notation, each outcome with its count and 95 %
+/// interval, the rates three ways, ρ before and after.
+std::string summary(const StudyResult& result);
+
+}  // namespace primo::study
