@@ -1,11 +1,11 @@
 // Signed distances between primitive shapes, with their closest points.
 //
-// Exact (to rounding): sphere and capsule against sphere, capsule and box; sphere against cylinder. Capsule against
-// cylinder: the distance of the capsule's axis to a convex solid is a convex function of one parameter, minimised by a
-// safeguarded search to about 1e-9 m. Box and cylinder against box and cylinder: separating axes give a lower bound
-// that is exact for faces and edges of boxes; see distance() below. Penetration is negative. A capsule whose axis
-// crosses a solid gets minus the depth of the deepest axis point (plus the radius), which is a lower bound of the
-// penetration depth's magnitude.
+// Sphere and capsule against sphere and capsule are exact. Sphere and capsule against box and cylinder: the signed
+// distance of a convex solid is convex along the capsule's axis, and its minimum there is found by a safeguarded
+// one-dimensional search (1e-10 of the axis's length); exact when the axis is outside the solid, and minus the deepest
+// axis point's depth minus the radius when it crosses it. Box and cylinder against each other: GJK when apart (Gilbert,
+// Johnson, Keerthi, 1988; to 1e-9 m), and the smallest overlap over a set of axes when not: exact for two boxes, at
+// least the true depth otherwise.
 #pragma once
 
 #include "core/pose.h"
@@ -14,7 +14,7 @@
 namespace primo::robot {
 
 struct Distance {
-  double distance = 0;               ///< m, signed
+  double distance = 0;               ///< m, signed; negative: penetration
   Eigen::Vector3d point_a{0, 0, 0};  ///< on A's surface, in W
   Eigen::Vector3d point_b{0, 0, 0};  ///< on B's surface, in W
   Eigen::Vector3d normal{0, 0, 1};   ///< unit, from B towards A: ∂distance/∂(A's displacement)
@@ -22,6 +22,10 @@ struct Distance {
 
 /// Between shape a at X_WA and shape b at X_WB. Finite for all finite inputs, also when shapes coincide.
 Distance distance(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB);
+
+/// Of the point p_B to the surface of `shape`, in the shape's own frame; `normal` is the unit outward direction of
+/// increase.
+double signed_distance(const Shape& shape, const Eigen::Vector3d& p_B, Eigen::Vector3d& normal);
 
 /// Radius of the smallest sphere about the shape's centre that holds it, m.
 double bounding_radius(const Shape& shape);
