@@ -55,7 +55,7 @@ struct Scenario {
   std::string name;
   Table table;
   std::vector<Object> objects;
-  std::vector<Camera> cameras;         ///< at least one
+  std::vector<Camera> cameras;         ///< empty: default_cameras()
   std::vector<double> robot_start;     ///< rad, in the robot file's joint order; empty: the robot file's home
   std::vector<std::string> action;     ///< e.g. [grasp, c1]
   std::uint64_t camera_seed = 0;       ///< seeds the depth noise
@@ -68,8 +68,15 @@ struct Scenario {
   void visit(V&& v);
 };
 
-/// Reads and validates a scenario file.
+/// Two cameras that look at the table's middle from its left and right, high enough to see over small obstacles.
+std::vector<Camera> default_cameras(const Table& table, double depth_noise = 0);
+
+/// Reads and validates a scenario file, or its text; `where` names it in errors. Cameras left out are default_cameras().
 Result<Scenario> read_scenario(const std::filesystem::path& path);
+Result<Scenario> read_scenario_text(const std::string& text, const std::string& where);
+
+/// Writes a scenario with all its fields, so that read_scenario() gives the same back.
+Status write_scenario(const std::filesystem::path& path, const Scenario& scenario);
 
 /// 16 hex digits over the scenario's whole content but its name: the key of the scene in topics and journals.
 std::string scene_id(const Scenario& scenario);
