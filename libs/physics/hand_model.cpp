@@ -1,0 +1,195 @@
+#include "physics/hand_model.h"
+
+#include <array>
+
+namespace primo::physics {
+namespace {
+
+/// Writes one subtree of a compiled model as MJCF.
+class SubtreeWriter {
+ public:
+  SubtreeWriter(const mjModel* model, int root)
+      : m_(model), root_(root), inside_(static_cast<std::size_t>(model->nbody), false) {
+    for (int b = root; b < model->nbody; ++b) {
+      inside_[static_cast<std::size_t>(b)] = b == root || inside_[static_cast<std::size_t>(model->body_parentid[b])];
+    }
+  }
+
+  Result<std::string> bodies() {
+    PRIMO_TRY(body(root_, "    "));
+    return text_;
+  }
+
+  std::string equalities() const {
+    std::string text;
+    for (int e = 0; e < m_->neq; ++e) {
+      if (m_->eq_type[e] != mjEQ_JOINT || !m_->eq_active[e]) continue;
+      const int j1 = m_->eq_obj1id[e], j2 = m_->eq_obj2id[e];
+      if (!inside(m_->jnt_bodyid[j1]) || (j2 >= 0 && !inside(m_->jnt_bodyid[j2]))) continue;
+      text += "    <joint joint1=\"" + name(mjOBJ_JOINT, j1) + "\"";
+      if (j2 >= 0) text += " joint2=\"" + name(mjOBJ_JOINT, j2) + "\"";
+      text += attribute("polycoef", m_->eq_data + mjNEQDATA * e, 5) +
+              attribute("solref", m_->eq_solref + mjNREF * e, mjNREF) +
+              attribute("solimp", m_->eq_solimp + mjNIMP * e, mjNIMP) + "/>\n";
+    }
+    return text;
+  }
+
+ private:
+  bool inside(int b) const { return inside_[static_cast<std::size_t>(b)]; }
+
+  std::string name(mjtObj type, int id) const {
+    const char* text = mj_id2name(m_, type, id);
+    // Nameless elements get a name that no MJCF file is likely to use; only joints of equalities need one.
+    return text && *text ? xml_escape(text)
+                         : "primo:" + std::to_string(static_cast<int>(type)) + ":" + std::to_string(id);
+  }
+
+  static std::string attribute(const char* key, const mjtNum* values, int count) {
+    return std::string(" ") + key + "=\"" + numbers(values, count) + "\"";
+  }
+
+  Status body(int b, const std::string& indent) {
+    text_ += indent + "<body name=\"" + name(mjOBJ_BODY, b) + "\"";
+    if (b != root_) text_ += attribute("pos", m_->body_pos + 3 * b, 3) + attribute("quat", m_->body_quat + 4 * b, 4);
+    text_ += ">\n";
+    if (m_->body_mass[b] > 0) {
+      text_ += indent + "  <inertial" + attribute("pos", m_->body_ipos + 3 * b, 3) +
+               attribute("quat", m_->body_iquat + 4 * b, 4) + attribute("mass", m_->body_mass + b, 1) +
+               attribute("diaginertia", m_->body_inertia + 3 * b, 3) + "/>\n";
+    }
+    // The root's own joints are what fixes the hand: they are left out.
+    for (int j = m_->body_jntadr[b]; b != root_ && j >= 0 && j < m_->body_jntadr[b] + m_->body_jntnum[b]; ++j) {
+      PRIMO_TRY(joint(j, indent));
+    }
+    for (int g = m_->body_geomadr[b]; g >= 0 && g < m_->body_geomadr[b] + m_->body_geomnum[b]; ++g)
+      PRIMO_TRY(geom(g, indent));
+    for (int child = b + 1; child < m_->nbody; ++child) {
+      if (m_->body_parentid[child] == b) PRIMO_TRY(body(child, indent + "  "));
+    }
+    text_ += indent + "</body>\n";
+    return success();
+  }
+
+  Status joint(int j, const std::string& indent) {
+    const int type = m_->jnt_type[j];
+    if (type != mjJNT_HINGE && type != mjJNT_SLIDE) {
+      return Error{Code::config, "joint '" + name(mjOBJ_JOINT, j) + "' of the hand is neither a hinge nor a slide"};
+    }
+    const int dof = m_->jnt_dofadr[j], position = m_->jnt_qposadr[j];
+    text_ += indent + "  <joint name=\"" + name(mjOBJ_JOINT, j) + "\" type=\"" +
+             (type == mjJNT_HINGE ? "hinge" : "slide") + "\"" + attribute("pos", m_->jnt_pos + 3 * j, 3) +
+             attribute("axis", m_->jnt_axis + 3 * j, 3) +
+             (m_->jnt_limited[j] ? " limited=\"true\"" + attribute("range", m_->jnt_range + 2 * j, 2) : std::string()) +
+             attribute("ref", m_->qpos0 + position, 1) + attribute("springref", m_->qpos_spring + position, 1) +
+             attribute("stiffness", m_->jnt_stiffness + j, 1) + attribute("margin", m_->jnt_margin + j, 1) +
+             attribute("solreflimit", m_->jnt_solref + mjNREF * j, mjNREF) +
+             attribute("solimplimit", m_->jnt_solimp + mjNIMP * j, mjNIMP) +
+             attribute("solreffriction", m_->dof_solref + mjNREF * dof, mjNREF) +
+             attribute("solimpfriction", m_->dof_solimp + mjNIMP * dof, mjNIMP) +
+             attribute("armature", m_->dof_armature + dof, 1) + attribute("damping", m_->dof_damping + dof, 1) +
+             attribute("frictionloss", m_->dof_frictionloss + dof, 1) + "/>\n";
+    return success();
+  }
+
+  Status geom(int g, const std::string& indent) {
+    if (m_->geom_contype[g] == 0 && m_->geom_conaffinity[g] == 0) return success();
+    const char* type = nullptr;
+    switch (m_->geom_type[g]) {
+      case mjGEOM_SPHERE:
+        type = "sphere";
+        break;
+      case mjGEOM_CAPSULE:
+        type = "capsule";
+        break;
+      case mjGEOM_CYLINDER:
+        type = "cylinder";
+        break;
+      case mjGEOM_BOX:
+        type = "box";
+        break;
+      case mjGEOM_ELLIPSOID:
+        type = "ellipsoid";
+        break;
+      default:
+        return Error{Code::config,
+                     "geom '" + name(mjOBJ_GEOM, g) +
+                         "' of the hand collides and is not a sphere, capsule, cylinder, box or ellipsoid"};
+    }
+    const std::array<mjtNum, 2> bits = {static_cast<mjtNum>(m_->geom_contype[g]),
+                                        static_cast<mjtNum>(m_->geom_conaffinity[g])};
+    const mjtNum condim = m_->geom_condim[g], priority = m_->geom_priority[g];
+    text_ += indent + "  <geom type=\"" + type + "\"" + attribute("size", m_->geom_size + 3 * g, 3) +
+             attribute("pos", m_->geom_pos + 3 * g, 3) + attribute("quat", m_->geom_quat + 4 * g, 4) +
+             attribute("contype", bits.data(), 1) + attribute("conaffinity", bits.data() + 1, 1) +
+             attribute("condim", &condim, 1) + attribute("priority", &priority, 1) +
+             attribute("friction", m_->geom_friction + 3 * g, 3) + attribute("solmix", m_->geom_solmix + g, 1) +
+             attribute("solref", m_->geom_solref + mjNREF * g, mjNREF) +
+             attribute("solimp", m_->geom_solimp + mjNIMP * g, mjNIMP) + attribute("margin", m_->geom_margin + g, 1) +
+             attribute("gap", m_->geom_gap + g, 1) + " mass=\"0\" group=\"2\"/>\n";
+    return success();
+  }
+
+  const mjModel* m_;
+  int root_;
+  std::vector<bool> inside_;
+  std::string text_;
+};
+
+Eigen::Vector3d vector3(const mjtNum* values) { return {values[0], values[1], values[2]}; }
+
+}  // namespace
+
+Result<Model> robot_model(const robot::Robot& robot) {
+  const auto& path = robot.mjcf_path();
+  return compile(
+      "<mujoco model=\"robot\">\n  <include file=\"" + xml_escape(path.filename().string()) + "\"/>\n</mujoco>\n",
+      path.parent_path(), "robot " + path.string());
+}
+
+Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
+                         double timestep) {
+  const std::string& last = robot.file().arm.back().joint;
+  const int joint = mj_name2id(model, mjOBJ_JOINT, last.c_str());
+  if (joint < 0) return Error{Code::config, robot.mjcf_path().string() + ": no joint '" + last + "'"};
+  SubtreeWriter writer(model, model->jnt_bodyid[joint]);
+  auto bodies = writer.bodies();
+  if (!bodies.ok()) return bodies.error().at(robot.mjcf_path().string());
+  const std::string name = kHandObject;
+  std::string mjcf =
+      "<mujoco model=\"hand\">\n  <compiler angle=\"radian\" autolimits=\"true\" boundmass=\"1e-6\" "
+      "boundinertia=\"1e-10\"/>\n" +
+      solver_mjcf(timestep) + "  <size njmax=\"300\" nconmax=\"60\" nstack=\"100000\"/>\n  <worldbody>\n" +
+      bodies.value() + "    <body name=\"" + name + "\">\n      <joint name=\"" + name +
+      "\" type=\"free\"/>\n      <geom name=\"" + name + "\"" + shape_attributes(object) + " mass=\"" +
+      numbers(&mass, 1) + "\" group=\"1\"" + contact_attributes() + "/>\n    </body>\n  </worldbody>\n  <equality>\n" +
+      writer.equalities() + "  </equality>\n</mujoco>\n";
+  auto hand = compile(mjcf, {}, "hand of " + robot.mjcf_path().string());
+  if (hand.ok()) std::fill_n(hand.value()->opt.gravity, 3, 0.0);
+  return hand;
+}
+
+void apply_frame_forces(const mjModel* model, mjData* data, const ShakerState& shaker,
+                        const Eigen::Vector3d& gravity_N) {
+  const Eigen::Vector3d lift = shaker.R_NP.transpose() * gravity_N - shaker.acceleration;
+  const Eigen::Vector3d &omega = shaker.omega, &alpha = shaker.alpha;
+  for (int b = 1; b < model->nbody; ++b) {
+    const double mass = model->body_mass[b];
+    // A body welded to the world needs no force: none of its parts can move.
+    if (mass <= 0 || model->body_weldid[b] == 0) continue;
+    std::array<mjtNum, 6> velocity{};
+    mj_objectVelocity(model, data, mjOBJ_BODY, b, velocity.data(), 0);
+    const Eigen::Vector3d w = vector3(velocity.data()), v = vector3(velocity.data() + 3),
+                          r = vector3(data->xipos + 3 * b);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->ximat + 9 * b);
+    const Eigen::Matrix3d I = R * vector3(model->body_inertia + 3 * b).asDiagonal() * R.transpose();
+    const Eigen::Vector3d force = mass * (lift - alpha.cross(r) - omega.cross(omega.cross(r)) - 2 * omega.cross(v));
+    const Eigen::Vector3d Iomega = I * omega;
+    const Eigen::Vector3d torque =
+        -(I * alpha + I * omega.cross(w) + omega.cross(Iomega) + omega.cross(I * w) + w.cross(Iomega));
+    Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * b) = force;
+    Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * b + 3) = torque;
+  }
+}
+
+}  // namespace primo::physics
