@@ -13,16 +13,17 @@
 
 namespace primo::scene {
 
-/// A movable object: an upright or lying cylinder or a box. World frame W: z up, origin at the robot base's centre on the floor.
+/// A movable object: an upright or lying cylinder or a box. World frame W: z up, origin at the robot base's centre on
+/// the floor.
 struct Object {
   std::string name;
-  ShapeType type = ShapeType::cylinder;             ///< cylinder or box
-  double radius = 0.0375;                           ///< m, cylinders
-  double height = 0.108;                            ///< m, cylinders: full height
-  Eigen::Vector3d half_extents{0.03, 0.03, 0.05};   ///< m, boxes
-  Eigen::Vector3d position{0.8, 0.0, 0.724};        ///< p_WO: the object's centre, m
-  Eigen::Vector3d rpy{0, 0, 0};                     ///< rad
-  double mass = 0.3;                                ///< kg
+  ShapeType type = ShapeType::cylinder;            ///< cylinder or box
+  double radius = 0.0375;                          ///< m, cylinders
+  double height = 0.108;                           ///< m, cylinders: full height
+  Eigen::Vector3d half_extents{0.03, 0.03, 0.05};  ///< m, boxes
+  Eigen::Vector3d position{0.8, 0.0, 0.724};       ///< p_WO: the object's centre, m
+  Eigen::Vector3d rpy{0, 0, 0};                    ///< rad
+  double mass = 0.3;                               ///< kg
 
   Shape shape() const;
   Pose X_WO() const { return pose(position, rpy); }
@@ -55,10 +56,10 @@ struct Scenario {
   std::string name;
   Table table;
   std::vector<Object> objects;
-  std::vector<Camera> cameras;         ///< empty: default_cameras()
-  std::vector<double> robot_start;     ///< rad, in the robot file's joint order; empty: the robot file's home
-  std::vector<std::string> action;     ///< e.g. [grasp, c1]
-  std::uint64_t camera_seed = 0;       ///< seeds the depth noise
+  std::vector<Camera> cameras;      ///< empty: default_cameras()
+  std::vector<double> robot_start;  ///< rad, in the robot file's joint order; empty: the robot file's home
+  std::vector<std::string> action;  ///< e.g. [grasp, c1]
+  std::uint64_t camera_seed = 0;    ///< seeds the depth noise
 
   /// The object of this name, or nullptr.
   const Object* object(const std::string& object_name) const;
@@ -71,7 +72,8 @@ struct Scenario {
 /// Two cameras that look at the table's middle from its left and right, high enough to see over small obstacles.
 std::vector<Camera> default_cameras(const Table& table, double depth_noise = 0);
 
-/// Reads and validates a scenario file, or its text; `where` names it in errors. Cameras left out are default_cameras().
+/// Reads and validates a scenario file, or its text; `where` names it in errors. Cameras left out are
+/// default_cameras().
 Result<Scenario> read_scenario(const std::filesystem::path& path);
 Result<Scenario> read_scenario_text(const std::string& text, const std::string& where);
 

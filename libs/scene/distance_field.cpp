@@ -1,0 +1,135 @@
+#include "scene/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace primo::scene {
+namespace {
+
+constexpr float kFar = 1e20F;
+constexpr double kMaxVoxels = 1 << 26;
+
+/// The lower envelope of parabolas on one line of n voxels: squared distances and the voxel they come from.
+class LineTransform {
+ public:
+  explicit LineTransform(int longest)
+      : apex_(static_cast<std::size_t>(longest)),
+        begin_(static_cast<std::size_t>(longest) + 1),
+        value_(static_cast<std::size_t>(longest)),
+        source_(static_cast<std::size_t>(longest)) {}
+
+  /// In place on n entries `stride` apart. Lines with nothing occupied stay as they are.
+  void run(float* squared, std::uint32_t* nearest, int n, std::size_t stride) {
+    int k = -1;
+    for (int i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      value_[at] = squared[at * stride];
+      source_[at] = nearest[at * stride];
+      if (value_[at] >= kFar) continue;
+      double left = -std::numeric_limits<double>::infinity();
+      while (k >= 0 && (left = crossing(i, apex_[static_cast<std::size_t>(k)])) <= begin_[static_cast<std::size_t>(k)])
+        --k;
+      if (k < 0) left = -std::numeric_limits<double>::infinity();
+      ++k;
+      apex_[static_cast<std::size_t>(k)] = i;
+      begin_[static_cast<std::size_t>(k)] = left;
+    }
+    if (k < 0) return;
+    int j = 0;
+    for (int i = 0; i < n; ++i) {
+      while (j < k && begin_[static_cast<std::size_t>(j) + 1] < i) ++j;
+      const int from = apex_[static_cast<std::size_t>(j)];
+      const auto offset = static_cast<float>(i - from);
+      squared[static_cast<std::size_t>(i) * stride] = offset * offset + value_[static_cast<std::size_t>(from)];
+      nearest[static_cast<std::size_t>(i) * stride] = source_[static_cast<std::size_t>(from)];
+    }
+  }
+
+ private:
+  /// Where the parabola with apex at i begins to lie below the one with apex at j < i.
+  double crossing(int i, int j) const {
+    const double fi = value_[static_cast<std::size_t>(i)], fj = value_[static_cast<std::size_t>(j)];
+    return ((fi + static_cast<double>(i) * i) - (fj + static_cast<double>(j) * j)) / (2.0 * (i - j));
+  }
+  std::vector<int> apex_;
+  std::vector<double> begin_;
+  std::vector<float> value_;
+  std::vector<std::uint32_t> source_;
+};
+
+}  // namespace
+
+Result<DistanceField> DistanceField::build(const std::vector<Eigen::Vector3d>& occupied, const Region& region,
+                                           double resolution) {
+  const Eigen::Vector3d extent = region.upper - region.lower;
+  if (!(resolution > 0) || !extent.allFinite() || !(extent.minCoeff() > 0) ||
+      !((extent / resolution).array().ceil().prod() <= kMaxVoxels)) {
+    return Error{Code::data,
+                 "distance field: needs a region with volume, a resolution above 0 and at most 2^26 voxels"};
+  }
+  DistanceField field;
+  field.origin_ = region.lower;
+  field.resolution_ = resolution;
+  field.size_ = (extent / resolution - Eigen::Vector3d::Constant(1e-6)).array().ceil().cast<int>().max(1);
+  const auto nx = static_cast<std::size_t>(field.size_.x()), ny = static_cast<std::size_t>(field.size_.y()),
+             nz = static_cast<std::size_t>(field.size_.z());
+  field.squared_.assign(nx * ny * nz, kFar);
+  field.nearest_.assign(nx * ny * nz, 0);
+  for (const auto& p : occupied) {
+    if (!p.allFinite() || !region.contains(p)) continue;
+    const std::size_t i = field.index(p);
+    field.squared_[i] = 0;
+    field.nearest_[i] = static_cast<std::uint32_t>(i);
+    field.empty_ = false;
+  }
+  // z runs fastest in memory.
+  LineTransform line(field.size_.maxCoeff());
+  for (std::size_t i = 0; i < nx * ny; ++i)
+    line.run(&field.squared_[i * nz], &field.nearest_[i * nz], field.size_.z(), 1);
+  for (std::size_t x = 0; x < nx; ++x) {
+    for (std::size_t z = 0; z < nz; ++z) {
+      const std::size_t at = x * ny * nz + z;
+      line.run(&field.squared_[at], &field.nearest_[at], field.size_.y(), nz);
+    }
+  }
+  for (std::size_t i = 0; i < ny * nz; ++i) line.run(&field.squared_[i], &field.nearest_[i], field.size_.x(), ny * nz);
+  return field;
+}
+
+std::size_t DistanceField::index(const Eigen::Vector3d& p_W) const {
+  std::size_t at = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double voxel = std::floor((p_W[i] - origin_[i]) / resolution_);
+    const double last = size_[i] - 1;
+    at = at * static_cast<std::size_t>(size_[i]) + static_cast<std::size_t>(voxel >= 0 ? std::min(voxel, last) : 0.0);
+  }
+  return at;
+}
+
+double DistanceField::distance(const Eigen::Vector3d& p_W) const {
+  return empty_ ? infinite_distance() : std::sqrt(static_cast<double>(squared_[index(p_W)])) * resolution_;
+}
+
+Eigen::Vector3d DistanceField::closest(const Eigen::Vector3d& p_W) const {
+  PRIMO_CHECK(!empty_, "the distance field has no occupied voxel");
+  const std::uint32_t at = nearest_[index(p_W)];
+  const auto nz = static_cast<std::uint32_t>(size_.z()), ny = static_cast<std::uint32_t>(size_.y());
+  return centre({static_cast<int>(at / (ny * nz)), static_cast<int>(at / nz % ny), static_cast<int>(at % nz)});
+}
+
+Result<DistanceField> distance_field(const SceneEstimate& estimate, double margin, double height) {
+  PRIMO_ASSIGN(const OccupancyMap map, OccupancyMap::from_bytes(estimate.octree));
+  const Eigen::Vector3d half(estimate.table.size.x() / 2 + margin, estimate.table.size.y() / 2 + margin, 0);
+  Region region{estimate.table.top_centre - half, estimate.table.top_centre + half};
+  region.lower.z() -= 0.1;
+  region.upper.z() += height;
+  // On the map's own grid, so that a voxel of the field is a voxel of the map.
+  const double voxel = map.resolution();
+  region.lower = (region.lower / voxel).array().floor() * voxel;
+  region.upper = (region.upper / voxel).array().ceil() * voxel;
+  return DistanceField::build(map.occupied(), region, voxel);
+}
+
+}  // namespace primo::scene
