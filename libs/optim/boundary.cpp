@@ -1,0 +1,56 @@
+#include "optim/boundary.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace primo::optim {
+namespace {
+
+constexpr double kLargest = 1e300;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void BoundaryPenalty::adapt(const std::vector<double>& costs, const Eigen::VectorXd& mean, double sigma,
+                            const Eigen::VectorXd& c_diagonal, double mu_eff) {
+  const auto n = static_cast<double>(mean.size());
+  std::vector<double> sorted = costs;
+  std::sort(sorted.begin(), sorted.end());
+  // A flat generation tells nothing of the scale of the costs.
+  const double spread = sorted[(3 * sorted.size()) / 4] - sorted[sorted.size() / 4];
+  if (spread > 0) spreads_.push_back(std::min(spread, kLargest));
+  const auto keep = static_cast<std::size_t>(20 + 3 * n / static_cast<double>(costs.size()));
+  while (spreads_.size() > keep) spreads_.pop_front();
+
+  const Eigen::VectorXd outside = (mean - repaired(mean)).cwiseAbs();
+  if (outside.maxCoeff() == 0) return;
+  if (!active_) {
+    if (spreads_.empty()) return;
+    const double scale = median({spreads_.begin(), spreads_.end()});
+    weights_.setConstant(std::min(2 * scale / (sigma * sigma * c_diagonal.mean()), kLargest));
+    active_ = true;
+  }
+  const double growth = std::pow(1.1, std::max(1.0, mu_eff / (10 * n)));
+  for (Eigen::Index i = 0; i < mean.size(); ++i) {
+    if (outside[i] > 3 * sigma * std::sqrt(c_diagonal[i]) * std::max(1.0, std::sqrt(n) / mu_eff)) {
+      weights_[i] = std::min(weights_[i] * growth, kLargest);
+    }
+  }
+}
+
+double BoundaryPenalty::operator()(const Eigen::VectorXd& u, const Eigen::VectorXd& c_diagonal) const {
+  if (!active_) return 0;
+  const auto n = static_cast<double>(u.size());
+  const double mean_log = c_diagonal.array().log().mean();
+  const Eigen::ArrayXd scale = (0.9 * (c_diagonal.array().log() - mean_log)).exp();
+  const Eigen::ArrayXd distance = (u - repaired(u)).array();
+  const double penalty = (weights_.array() * distance.square() / scale).sum() / n;
+  return std::isfinite(penalty) ? std::min(penalty, kLargest) : kLargest;
+}
+
+}  // namespace primo::optim
