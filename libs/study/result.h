@@ -22,10 +22,11 @@ struct Rates {
 /// What was seen of one primitive.
 struct Collection {
   motion::Primitive primitive;
-  Rates training;        ///< on the training scenarios, with the validation's seeds
-  Rates displaced;       ///< on the displaced scenarios
-  Rate executed;         ///< whole motions in full physics, on the first displaced scenarios
-  rules::RuleSet rules;  ///< learned from the displaced scenarios
+  Rates training;           ///< on the training scenarios, with the validation's seeds
+  Rates displaced;          ///< on the displaced scenarios
+  Rate executed;            ///< whole motions in full physics, on the first displaced scenarios
+  Rate executed_of_strict;  ///< the same, of the plans that the strict verdict had accepted
+  rules::RuleSet rules;     ///< learned from the displaced scenarios
 };
 
 struct Optimization {

@@ -53,6 +53,7 @@ struct SearchSettings {
 struct StudySettings {
   std::uint64_t seed = 1;
   int rounds = 1;
+  std::vector<std::vector<std::string>> goal;  ///< literals over X, Y, … that the desired outcome must hold; empty: any
   ExperienceSettings experience;
   SearchSettings optimizer;
   physics::JudgeSettings judge;
@@ -61,6 +62,9 @@ struct StudySettings {
   void visit(V&& v) {
     v("seed", seed, {.help = "of the optimization and its jiggles"});
     v("rounds", rounds, {.help = "at most this many rounds of learning and optimizing", .min = 1, .max = 100});
+    v("goal", goal,
+      {.help = "literals over X, Y, … that the desired outcome must hold, e.g. [[inhand, X]]; empty: the most probable "
+               "change"});
     v("experience", experience, {});
     v("optimizer", optimizer, {});
     v("judge", judge, {});
