@@ -1,0 +1,45 @@
+// camera: renders a scenario's depth images. Answers camera jobs and shows each cloud as a ROS 2 PointCloud2.
+#include <primo_jobs.h>
+
+#include "bus/latched.h"
+#include "physics/depth_camera.h"
+#include "service/service.h"
+#include "wire/wire.h"
+
+namespace primo {
+namespace {
+
+struct CameraConfig {
+  double range = 4.0;
+  bool show = true;
+  template <class V>
+  void visit(V&& v) {
+    v("range", range, {.help = "of the cameras", .unit = "m", .min = 0.1, .max = 100});
+    v("show", show, {.help = "publish each cloud on rt/points, frame camera_0, camera_1, …"});
+  }
+};
+
+Status run(const CameraConfig& config, service::Context& context) {
+  PRIMO_ASSIGN(auto points,
+               bus::Publisher<sensor_msgs::msg::PointCloud2>::create(context.participant(), topics::kPoints));
+  return context.serve(topics::kCamera, [&](const topics::msg::CameraJob& job) -> Result<topics::msg::CameraReply> {
+    PRIMO_ASSIGN(const scene::Scenario scenario, wire::from_wire(job.scenario()));
+    PRIMO_ASSIGN(const auto clouds, physics::render_depth(scenario, config.range));
+    topics::msg::CameraReply reply;
+    for (std::size_t i = 0; i < clouds.size(); ++i) {
+      reply.clouds().push_back(wire::to_wire(clouds[i]));
+      // For onlookers only; the job does not depend on them.
+      if (config.show && points.matched() > 0) {
+        if (const auto shown = points.publish(wire::to_ros(clouds[i], "camera_" + std::to_string(i))); !shown.ok()) {
+          context.log().warn("a cloud was not shown: {}", shown.error().message);
+        }
+      }
+    }
+    return reply;
+  });
+}
+
+}  // namespace
+}  // namespace primo
+
+int main(int argc, char** argv) { return primo::service::run<primo::CameraConfig>("camera", argc, argv, primo::run); }
