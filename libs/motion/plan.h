@@ -12,13 +12,20 @@
 namespace primo::motion {
 
 /// Why a solver stopped. Only the first two are convergence.
-enum class PlanStatus { converged_step, converged_cost, iteration_limit, damping_limit, factorisation_failed, bad_input };
+enum class PlanStatus {
+  converged_step,
+  converged_cost,
+  iteration_limit,
+  damping_limit,
+  factorisation_failed,
+  bad_input
+};
 }  // namespace primo::motion
 
 template <>
 struct primo::config::EnumNames<primo::motion::PlanStatus> {
-  static constexpr std::array<std::string_view, 6> names = {"converged_step",  "converged_cost",       "iteration_limit",
-                                                            "damping_limit",   "factorisation_failed", "bad_input"};
+  static constexpr std::array<std::string_view, 6> names = {"converged_step", "converged_cost",       "iteration_limit",
+                                                            "damping_limit",  "factorisation_failed", "bad_input"};
 };
 
 namespace primo::motion {
@@ -26,8 +33,8 @@ namespace primo::motion {
 /// A joint-space motion. Row t of q is q_t, t = 0 … T, in the robot file's joint order.
 struct Trajectory {
   std::vector<std::string> joints;
-  double dt = 0;       ///< s between rows
-  Eigen::MatrixXd q;   ///< rad, (T+1) × n
+  double dt = 0;      ///< s between rows
+  Eigen::MatrixXd q;  ///< rad, (T+1) × n
 };
 
 /// Linear feedback u_t = k_t + K_t (x_t − x̂_t) around the plan, x = (q, q̇), u = q̈.
@@ -51,17 +58,17 @@ struct TaskCost {
 
 struct Plan {
   PlanStatus status = PlanStatus::bad_input;
-  std::string reason;             ///< one sentence, also on success
-  Trajectory trajectory;          ///< empty on bad_input
-  Gains gains;                    ///< empty unless asked for
-  int iterations = 0;             ///< accepted steps
-  int rejected = 0;               ///< rejected steps
+  std::string reason;     ///< one sentence, also on success
+  Trajectory trajectory;  ///< empty on bad_input
+  Gains gains;            ///< empty unless asked for
+  int iterations = 0;     ///< accepted steps
+  int rejected = 0;       ///< rejected steps
   int evaluations = 0;
   double cost_initial = 0, cost_final = 0, cost_control = 0;
   std::vector<TaskCost> cost_tasks;  ///< in the primitive's order
   double gradient_norm = 0;
-  double lambda = 0;              ///< final damping
-  std::string start;              ///< the start chosen
+  double lambda = 0;  ///< final damping
+  std::string start;  ///< the start chosen
 };
 
 }  // namespace primo::motion

@@ -12,11 +12,11 @@ namespace primo::motion {
 
 /// When a task variable counts. Step t runs from 1 to T; `at` is a fraction of T.
 enum class Profile {
-  constant,   ///< ρ at every step
-  final,      ///< ρ at T only
-  late,       ///< ρ from `at`·T to T
-  early_late, ///< ρ before `at`·T, rho_late from there on
-  ramp,       ///< as early_late, and the target rises linearly to its final value over the late phase
+  constant,    ///< ρ at every step
+  final,       ///< ρ at T only
+  late,        ///< ρ from `at`·T to T
+  early_late,  ///< ρ before `at`·T, rho_late from there on
+  ramp,        ///< as early_late, and the target rises linearly to its final value over the late phase
 };
 }  // namespace primo::motion
 
@@ -32,12 +32,12 @@ struct Task {
   std::string name;      ///< unique in the primitive; what reports and ρ tables call it
   std::string variable;  ///< the φ: a key of task_variables()
   Profile profile = Profile::constant;
-  double at = 0.8;             ///< where the late phase starts, as a fraction of T
-  double rho = 1.0;            ///< ρ (early phase)
-  double rho_late = 0.0;       ///< ρ of the late phase; only for early_late and ramp
-  std::vector<double> target;  ///< y*; empty: zero
+  double at = 0.8;                           ///< where the late phase starts, as a fraction of T
+  double rho = 1.0;                          ///< ρ (early phase)
+  double rho_late = 0.0;                     ///< ρ of the late phase; only for early_late and ramp
+  std::vector<double> target;                ///< y*; empty: zero
   std::map<std::string, double> parameters;  ///< of the task variable, e.g. margin
-  bool optimize = true;        ///< whether its ρ is open to the optimizer
+  bool optimize = true;                      ///< whether its ρ is open to the optimizer
   template <class V>
   void visit(V&& v) {
     v("name", name, {.help = "unique in the primitive", .required = true});
@@ -54,17 +54,18 @@ struct Task {
 
 struct Primitive {
   std::string name;
-  std::string action;          ///< the symbolic action it realises, e.g. grasp
-  int steps = 64;              ///< T
-  double duration = 4.0;       ///< s
+  std::string action;     ///< the symbolic action it realises, e.g. grasp
+  int steps = 64;         ///< T
+  double duration = 4.0;  ///< s
   std::string solver = "gauss_newton";
-  std::string start = "ik";    ///< rest or ik
+  std::string start = "ik";  ///< rest or ik
   int max_iterations = 100;
-  double tolerance = 1e-2;     ///< on the step, rad
-  double control_rate = 1.0;   ///< H = control_rate · W · τ
+  double tolerance = 1e-2;    ///< on the step, rad
+  double control_rate = 1.0;  ///< H = control_rate · W · τ
   std::vector<Task> tasks;
 
-  /// The open precisions as log10 ρ, in the order of tasks, early before late; and the same names: "position", "fingers.late".
+  /// The open precisions as log10 ρ, in the order of tasks, early before late; and the same names: "position",
+  /// "fingers.late".
   std::vector<double> log_rho() const;
   std::vector<std::string> rho_names() const;
   /// The primitive with these log10 ρ. @pre size matches log_rho().

@@ -1,0 +1,153 @@
+#include "motion/motion_cost.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace primo::motion {
+
+Result<std::unique_ptr<MotionCost>> MotionCost::create(const robot::Robot& robot, const PlanningScene& scene,
+                                                       const Primitive& primitive, const Eigen::VectorXd& q_start) {
+  std::unique_ptr<MotionCost> cost(new MotionCost(robot, primitive));
+  for (const auto& task : primitive.tasks) {
+    if (auto status = cost->add(scene, primitive, task, q_start); !status.ok()) {
+      return status.error().at("task '" + task.name + "'");
+    }
+  }
+  return cost;
+}
+
+Status MotionCost::add(const PlanningScene& scene, const Primitive& primitive, const Task& task,
+                       const Eigen::VectorXd& q_start) {
+  PRIMO_ASSIGN(const auto* entry, find_task_variable(task.variable));
+  PRIMO_ASSIGN(auto parameters, complete_parameters(*entry, task.parameters));
+  Term term;
+  term.task = &task;
+  term.variable = entry->create({robot_, scene, std::move(parameters)});
+  const int m = term.variable->size();
+  term.target = Eigen::VectorXd::Zero(m);
+  if (task.target.size() == 1) {
+    term.target.setConstant(task.target[0]);
+  } else if (static_cast<int>(task.target.size()) == m) {
+    term.target = Eigen::Map<const Eigen::VectorXd>(task.target.data(), m);
+  } else if (!task.target.empty()) {
+    return Error{Code::config, "target has " + std::to_string(task.target.size()) + " entries, expected " +
+                                   std::to_string(m) + ", 1 (for all) or none (zero)"};
+  }
+  const double late = task.profile == Profile::final ? primitive.steps : task.at * primitive.steps;
+  term.late_from = std::clamp(static_cast<int>(std::ceil(late - 1e-9)), 1, primitive.steps);
+  term.residual.resize(m);
+  term.J.resize(m, robot_.joints());
+  if (term.variable->departs_from_start()) {
+    robot_.forward(q_start, kinematics_);
+    term.departure.resize(m);
+    term.variable->evaluate({q_start, kinematics_, 0.0}, term.departure, nullptr);
+    term.departure -= term.target;
+  }
+  terms_.push_back(std::move(term));
+  return success();
+}
+
+double MotionCost::precision(const Term& term, int t) const {
+  const bool late = t >= term.late_from;
+  switch (term.task->profile) {
+    case Profile::constant:
+      return term.task->rho;
+    case Profile::final:
+    case Profile::late:
+      return late ? term.task->rho : 0;
+    case Profile::early_late:
+    case Profile::ramp:
+      return late ? term.task->rho_late : term.task->rho;
+  }
+  return 0;
+}
+
+void MotionCost::residual(Term& term, int t, const Configuration& at, bool with_jacobian) const {
+  term.variable->evaluate(at, term.residual, with_jacobian && !term.variable->is_identity() ? &term.J : nullptr);
+  double share = 1;  // of the final target that holds now
+  if (term.task->profile == Profile::ramp) {
+    share = t < term.late_from         ? 0.0
+            : term.late_from == steps_ ? 1.0
+                                       : static_cast<double>(t - term.late_from) / (steps_ - term.late_from);
+  }
+  term.residual -= share * term.target;
+  if (term.departure.size() > 0) term.residual -= (1 - at.phase) * term.departure;
+  for (int row = 0; row < term.variable->size(); ++row) {
+    if (term.variable->counts(row, at.phase)) continue;
+    term.residual[row] = 0;
+    if (with_jacobian) term.J.row(row).setZero();
+  }
+}
+
+double MotionCost::evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) {
+  if (R) R->setZero();
+  if (r) r->setZero();
+  robot_.forward(q, kinematics_);
+  const Configuration at{q, kinematics_, static_cast<double>(t) / steps_};
+  double cost = 0;
+  const int n = robot_.joints();
+  for (auto& term : terms_) {
+    const double rho = precision(term, t);
+    if (rho <= 0) continue;
+    residual(term, t, at, R != nullptr);
+    cost += rho * term.residual.squaredNorm();
+    if (!R) continue;
+    if (term.variable->is_identity()) {
+      R->diagonal().array() += rho;
+      *r += rho * term.residual;
+      continue;
+    }
+    // Most rows touch few joints: skip the zeros.
+    for (Eigen::Index row = 0; row < term.J.rows(); ++row) {
+      const double* J = term.J.row(row).data();
+      for (int j = 0; j < n; ++j) {
+        if (J[j] == 0) continue;
+        const double weighted = rho * J[j];
+        (*r)[j] += weighted * term.residual[row];
+        double* column = R->col(j).data();
+        for (int i = j; i < n; ++i) column[i] += weighted * J[i];
+      }
+    }
+  }
+  return cost;
+}
+
+std::vector<TaskCost> MotionCost::task_costs(const Eigen::MatrixXd& q) {
+  std::vector<TaskCost> costs;
+  for (const auto& term : terms_) costs.push_back({term.task->name, 0});
+  for (int t = 1; t <= steps_; ++t) {
+    const Eigen::VectorXd q_t = q.col(t - 1);
+    robot_.forward(q_t, kinematics_);
+    const Configuration at{q_t, kinematics_, static_cast<double>(t) / steps_};
+    for (std::size_t i = 0; i < terms_.size(); ++i) {
+      const double rho = precision(terms_[i], t);
+      if (rho <= 0) continue;
+      residual(terms_[i], t, at, false);
+      costs[i].cost += rho * terms_[i].residual.squaredNorm();
+    }
+  }
+  return costs;
+}
+
+std::string MotionCost::explain(std::size_t task, const Eigen::MatrixXd& q) {
+  Term& term = terms_[task];
+  double worst = -1;
+  std::string text;
+  int worst_step = 0;
+  for (int t = 1; t <= steps_; ++t) {
+    const Eigen::VectorXd q_t = q.col(t - 1);
+    robot_.forward(q_t, kinematics_);
+    const Configuration at{q_t, kinematics_, static_cast<double>(t) / steps_};
+    const double rho = precision(term, t);
+    if (rho <= 0) continue;
+    residual(term, t, at, false);
+    const double cost = rho * term.residual.squaredNorm();
+    if (cost <= worst) continue;
+    worst = cost;
+    worst_step = t;
+    text = term.variable->explain(at);
+  }
+  return "most at step " + std::to_string(worst_step) + (text.empty() ? "" : ", where " + text);
+}
+
+}  // namespace primo::motion

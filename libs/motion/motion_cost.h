@@ -1,0 +1,52 @@
+// A primitive's task costs on a robot in a scene: Φ_t of the paper's eq. 2, rows √ρ_{i,t} (φ_i(q) − y*_{i,t}).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "motion/primitive.h"
+#include "motion/task_variables.h"
+#include "motion/trajectory_problem.h"
+
+namespace primo::motion {
+
+/// Not thread-safe: evaluate() uses a workspace. Robot, scene and primitive must outlive it.
+class MotionCost final : public StageCosts {
+ public:
+  /// Targets that depart from the start are taken at q_start. Error config: a wrong variable, parameter or target size.
+  static Result<std::unique_ptr<MotionCost>> create(const robot::Robot& robot, const PlanningScene& scene,
+                                                    const Primitive& primitive, const Eigen::VectorXd& q_start);
+
+  double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) override;
+
+  /// The cost of each task over the path q (n × T), in the primitive's order.
+  std::vector<TaskCost> task_costs(const Eigen::MatrixXd& q);
+  /// What the i-th task's worst step is and why: "at step 52: finger_2_distal and c2 are -0.003 m apart".
+  std::string explain(std::size_t task, const Eigen::MatrixXd& q);
+
+ private:
+  struct Term {
+    const Task* task = nullptr;
+    std::unique_ptr<TaskVariable> variable;
+    Eigen::VectorXd target;     // y*, m
+    Eigen::VectorXd departure;  // φ(q_0) − y* where the task departs from the start, else empty
+    int late_from = 1;          // first late step
+    Eigen::VectorXd residual;   // workspace
+    Jacobian J;                 // workspace
+  };
+
+  MotionCost(const robot::Robot& robot, const Primitive& primitive) : robot_(robot), steps_(primitive.steps) {}
+  Status add(const PlanningScene& scene, const Primitive& primitive, const Task& task, const Eigen::VectorXd& q_start);
+  double precision(const Term& term, int t) const;
+  /// φ − y*_t into term.residual, rows that do not count zero; the Jacobian where asked for.
+  void residual(Term& term, int t, const Configuration& at, bool with_jacobian) const;
+
+  const robot::Robot& robot_;
+  const int steps_;
+  std::vector<Term> terms_;
+  robot::Kinematics kinematics_;
+};
+
+}  // namespace primo::motion

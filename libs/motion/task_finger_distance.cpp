@@ -1,0 +1,49 @@
+// Finger distance: how near each distal phalanx is to the target's surface.
+#include <algorithm>
+
+#include "motion/task_variables.h"
+#include "robot/distance.h"
+
+namespace primo::motion {
+namespace {
+
+/// φ_i(q) = max(0, 1 − d_i / margin), one row a finger: 0 beyond the margin, 1 at touch, more inside. d_i is the signed
+/// distance of the whole distal phalanx to the target.
+class FingerDistance final : public TaskVariable {
+ public:
+  explicit FingerDistance(const TaskSetup& setup)
+      : robot_(setup.robot), target_(setup.scene.target), margin_(setup.parameters.at("margin")) {}
+  int size() const override { return static_cast<int>(robot_.fingertips().size()); }
+  void evaluate(const Configuration& at, Eigen::Ref<Eigen::VectorXd> phi, Jacobian* J) const override {
+    if (J) J->setZero();
+    for (int i = 0; i < size(); ++i) {
+      phi[i] = 0;
+      const auto& link = robot_.link_shapes()[robot_.fingertips()[i].link_shape];
+      const Pose X_WG = robot_.pose(at.kinematics, link);
+      const double reach = robot::bounding_radius(link.shape) + target_.bounding_radius + margin_;
+      if ((X_WG.translation() - target_.X_WB.translation()).squaredNorm() > reach * reach) continue;
+      const auto d = robot::distance(link.shape, X_WG, target_.shape, target_.X_WB);
+      phi[i] = std::max(0.0, 1 - d.distance / margin_);
+      if (J && phi[i] > 0) {
+        robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.normal / margin_, J->row(i));
+      }
+    }
+  }
+
+ private:
+  const robot::Robot& robot_;
+  const SceneBody& target_;
+  const double margin_;
+};
+
+}  // namespace
+
+TaskVariableEntry finger_distance_task() {
+  return {
+      "finger_distance",
+      "proximity 1 − d/margin of each distal phalanx to the target; 1 is touch",
+      {{"margin", 0.05, 1e-4, 1, "m, the distance from which it counts"}},
+      [](const TaskSetup& setup) -> std::unique_ptr<TaskVariable> { return std::make_unique<FingerDistance>(setup); }};
+}
+
+}  // namespace primo::motion
