@@ -17,15 +17,15 @@ enum class Mode { final_pose, execute };
 
 /// How far a grasp got: the stage its graded score comes from.
 enum class Outcome {
-  bad_plan,            ///< the trajectory cannot be judged
-  no_contact,          ///< the closed fingers miss the object
-  initial_penetration, ///< the hand is inside the object by more than the limit
-  not_opposed,         ///< contact, but not thumb against finger
+  bad_plan,             ///< the trajectory cannot be judged
+  no_contact,           ///< the closed fingers miss the object
+  initial_penetration,  ///< the hand is inside the object by more than the limit
+  not_opposed,          ///< contact, but not thumb against finger
   fell_at_release,
   fell_in_jiggle,
-  contact_lost,        ///< held, but thumb and finger do not both touch at the end
+  contact_lost,  ///< held, but thumb and finger do not both touch at the end
   held,
-  unstable,            ///< the simulation diverged
+  unstable,  ///< the simulation diverged
 };
 }  // namespace primo::physics
 
@@ -36,37 +36,42 @@ struct primo::config::EnumNames<primo::physics::Mode> {
 template <>
 struct primo::config::EnumNames<primo::physics::Outcome> {
   static constexpr std::array<std::string_view, 9> names = {
-      "bad_plan",       "no_contact",   "initial_penetration", "not_opposed", "fell_at_release",
-      "fell_in_jiggle", "contact_lost", "held",                "unstable"};
+      "bad_plan",        "no_contact",     "initial_penetration", "not_opposed",
+      "fell_at_release", "fell_in_jiggle", "contact_lost",        "held",
+      "unstable"};
 };
 
 namespace primo::physics {
 
 /// Settings of the judge: timing, jiggle and margins. Defaults are the measured ones.
 struct JudgeSettings {
-  double timestep = 0.002;              // s
-  double close_seconds = 0.5;           // s, fingers closing with the object pinned
-  double jiggle_seconds = 1.0;          // s
-  double jiggle_frequency = 3.0;        // Hz, band limit
-  double jiggle_translation = 0.012;    // m rms
-  double jiggle_rotation = 0.1;         // rad rms
-  double max_displacement = 0.04;       // m in the palm frame
-  double max_penetration = 0.006;       // m at the final pose
-  double clearance_margin = 0.0;        // m, hand and arm to obstacles and table along the path
-  double target_margin = -0.006;        // m, hand to target along the path
-  double max_joint_speed = 2.0;         // rad/s, arm
-  double limit_margin = 0.0;            // rad
+  double timestep = 0.002;            // s
+  double close_seconds = 0.5;         // s, fingers closing with the object pinned
+  double jiggle_seconds = 1.0;        // s
+  double jiggle_frequency = 3.0;      // Hz, band limit
+  double jiggle_translation = 0.012;  // m rms
+  double jiggle_rotation = 0.1;       // rad rms
+  double max_displacement = 0.04;     // m in the palm frame
+  double max_penetration = 0.006;     // m at the final pose
+  double clearance_margin = 0.0;      // m, hand and arm to obstacles and table along the path
+  double target_margin = -0.006;      // m, hand to target along the path
+  double max_joint_speed = 2.0;       // rad/s, arm
+  double limit_margin = 0.0;          // rad
   template <class V>
   void visit(V&& v) {
     v("timestep", timestep, {.help = "of the simulation", .unit = "s", .min = 1e-4, .max = 0.01});
-    v("close_seconds", close_seconds, {.help = "fingers closing with the object pinned", .unit = "s", .min = 0.05, .max = 5});
+    v("close_seconds", close_seconds,
+      {.help = "fingers closing with the object pinned", .unit = "s", .min = 0.05, .max = 5});
     v("jiggle_seconds", jiggle_seconds, {.help = "how long the hand is shaken", .unit = "s", .min = 0, .max = 30});
     v("jiggle_frequency", jiggle_frequency, {.help = "band limit", .unit = "Hz", .min = 0.1, .max = 20});
     v("jiggle_translation", jiggle_translation, {.help = "rms", .unit = "m", .min = 0, .max = 0.2});
     v("jiggle_rotation", jiggle_rotation, {.help = "rms", .unit = "rad", .min = 0, .max = 1});
-    v("max_displacement", max_displacement, {.help = "of the object in the palm frame", .unit = "m", .min = 0.001, .max = 0.5});
-    v("max_penetration", max_penetration, {.help = "hand into object at the final pose", .unit = "m", .min = 0, .max = 0.05});
-    v("clearance_margin", clearance_margin, {.help = "robot to obstacles and table along the path", .unit = "m", .min = -0.1, .max = 0.2});
+    v("max_displacement", max_displacement,
+      {.help = "of the object in the palm frame", .unit = "m", .min = 0.001, .max = 0.5});
+    v("max_penetration", max_penetration,
+      {.help = "hand into object at the final pose", .unit = "m", .min = 0, .max = 0.05});
+    v("clearance_margin", clearance_margin,
+      {.help = "robot to obstacles and table along the path", .unit = "m", .min = -0.1, .max = 0.2});
     v("target_margin", target_margin, {.help = "hand to target along the path", .unit = "m", .min = -0.1, .max = 0.1});
     v("max_joint_speed", max_joint_speed, {.help = "arm joints", .unit = "rad/s", .min = 0.1, .max = 50});
     v("limit_margin", limit_margin, {.help = "to the joint limits", .unit = "rad", .min = -1, .max = 1});
@@ -82,35 +87,35 @@ struct Criterion {
 };
 
 struct JudgeRequest {
-  scene::Scenario scenario;   ///< the true scene
-  Eigen::MatrixXd q;          ///< rad, (T+1) × n, the robot file's joint order
-  double dt = 0;              ///< s
-  int planner_iterations = 0; ///< accepted + rejected
+  scene::Scenario scenario;        ///< the true scene
+  Eigen::MatrixXd q;               ///< rad, (T+1) × n, the robot file's joint order
+  double dt = 0;                   ///< s
+  int planner_iterations = 0;      ///< accepted + rejected
   std::vector<Eigen::MatrixXd> K;  ///< feedback gains for Mode::execute; empty: plain tracking
-  std::uint64_t seed = 0;     ///< of the jiggle
+  std::uint64_t seed = 0;          ///< of the jiggle
   Mode mode = Mode::final_pose;
   JudgeSettings settings;
 };
 
 struct Verdict {
-  bool success = false;           ///< strict: final-pose (or executed) success and a clean path
-  bool final_pose_success = false;///< the paper's verdict alone (in Mode::execute: the executed verdict alone)
-  bool path_clean = false;        ///< clearance, target clearance, limits and speeds are all met
+  bool success = false;             ///< strict: final-pose (or executed) success and a clean path
+  bool final_pose_success = false;  ///< the paper's verdict alone (in Mode::execute: the executed verdict alone)
+  bool path_clean = false;          ///< clearance, target clearance, limits and speeds are all met
   Outcome outcome = Outcome::bad_plan;
-  std::string reason;             ///< one sentence: what decided
-  double score = 0;               ///< s of the graded fitness, in [0, 1]
-  double displacement = 0;        ///< m, of the object in the palm frame
-  double survival = 0;            ///< fraction of the jiggle survived
-  double position_error = 0;      ///< m, grasp centre to object centre at T
-  double clearance = 0;           ///< m, minimum over the path, robot to obstacles and table
-  double target_clearance = 0;    ///< m, minimum over the path, hand to target
-  double limit_margin = 0;        ///< rad, minimum over the path
-  double max_speed = 0;           ///< rad/s, arm
-  double path_length = 0;         ///< rad, Euclidean in joint space
+  std::string reason;           ///< one sentence: what decided
+  double score = 0;             ///< s of the graded fitness, in [0, 1]
+  double displacement = 0;      ///< m, of the object in the palm frame
+  double survival = 0;          ///< fraction of the jiggle survived
+  double position_error = 0;    ///< m, grasp centre to object centre at T
+  double clearance = 0;         ///< m, minimum over the path, robot to obstacles and table
+  double target_clearance = 0;  ///< m, minimum over the path, hand to target
+  double limit_margin = 0;      ///< rad, minimum over the path
+  double max_speed = 0;         ///< rad/s, arm
+  double path_length = 0;       ///< rad, Euclidean in joint space
   std::vector<Criterion> criteria;
-  symbols::State before, after;   ///< ground literals from geometry and contact
+  symbols::State before, after;  ///< ground literals from geometry and contact
   std::vector<std::string> objects;
-  int steps = 0;                  ///< simulated
+  int steps = 0;  ///< simulated
 };
 
 }  // namespace primo::physics
