@@ -16,8 +16,8 @@ using Binding = std::map<std::string, std::string>;
 
 /// The one way to bind the rule's variables to distinct objects so that its action is `action` and its context holds in
 /// `state`; empty when there is none or more than one.
-std::optional<Binding> bind(const Rule& rule, const std::vector<std::string>& objects, const symbols::State& state,
-                            const symbols::Literal& action);
+std::optional<Binding> bind_rule(const Rule& rule, const std::vector<std::string>& objects, const symbols::State& state,
+                                 const symbols::Literal& action);
 
 /// The rule that alone covers (state, action); nullptr when none or several do: then the action's default rule holds.
 const Rule* covering(const RuleSet& rules, const std::vector<std::string>& objects, const symbols::State& state,
@@ -30,7 +30,7 @@ std::vector<symbols::Literal> ground(const std::vector<symbols::Literal>& litera
 bool holds(const std::vector<symbols::Literal>& ground_literals, const symbols::State& state);
 
 /// The state after an outcome's ground literals: negated ones removed, the others added, all else as before.
-symbols::State apply(const symbols::State& state, const std::vector<symbols::Literal>& ground_literals);
+symbols::State apply_outcome(const symbols::State& state, const std::vector<symbols::Literal>& ground_literals);
 
 struct Successor {
   symbols::State state;

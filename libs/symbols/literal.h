@@ -10,6 +10,8 @@
 
 namespace primo::symbols {
 
+inline constexpr std::size_t kMaxArity = 7;  ///< arguments of a literal
+
 /// predicate(arguments…), or its negation. Ground when no argument begins with a capital.
 struct Literal {
   std::string predicate;
@@ -35,10 +37,12 @@ struct Experience {
 /// Whether a term is a variable: it begins with a capital.
 bool is_variable(const std::string& term);
 
-/// A well-formed experience: known, distinct objects that are no variables; ground, positive literals over them. Error: data.
+/// A well-formed experience: known, distinct objects that are no variables; ground, positive literals over them. Error:
+/// data.
 Status validate(const Experience& experience);
 
-/// One JSON line: {"objects":[…],"s":[["on","c1","t"],…],"a":["grasp","c1"],"s2":[…]}; an "id" is written when it is not empty.
+/// One JSON line: {"objects":[…],"s":[["on","c1","t"],…],"a":["grasp","c1"],"s2":[…]}; an "id" is written when it is
+/// not empty.
 std::string to_json_line(const Experience& experience);
 Result<Experience> experience_from_json(const std::string& line);
 

@@ -13,7 +13,6 @@ namespace primo::symbols {
 using Json = nlohmann::ordered_json;
 
 inline constexpr std::size_t kMaxJsonBytes = 64u << 20;
-inline constexpr std::size_t kMaxArity = 7;        ///< arguments of a literal
 inline constexpr std::size_t kMaxNameBytes = 128;  ///< a predicate's or term's name
 
 /// Parses a whole text. Errors (data): malformed, too large, nested deeper than `max_depth`, a key twice in one object.
