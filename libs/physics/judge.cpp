@@ -1,0 +1,319 @@
+#include "physics/judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <tuple>
+
+#include "physics/aftermath.h"
+#include "physics/criteria.h"
+#include "physics/execution.h"
+#include "robot/distance.h"
+#include "symbols/predicates.h"
+
+namespace primo::physics {
+namespace {
+
+constexpr double kStartTolerance = 1e-3;  // rad, between the plan's first row and the scenario's start
+constexpr double kAbsurdAngle = 1e3;      // rad
+constexpr double kLongestMotion = 120;    // s
+constexpr double kFingerBackOff = 0.4;    // rad
+constexpr Eigen::Index kMostSteps = 20000;
+constexpr std::size_t kMostObjects = 100;
+
+Error malformed(const std::string& message) { return {Code::data, "judge request: " + message}; }
+
+Status check_settings(const JudgeSettings& settings) {
+  // The bounds are those of the settings' own table of fields.
+  struct Check {
+    std::string broken;
+    void operator()(const char* name, const double& value, const config::Field& field) {
+      if (std::isfinite(value) && value >= field.min && value <= field.max) return;
+      broken = std::string("settings.") + name + " is " + std::to_string(value) + ", outside " +
+               std::to_string(field.min) + " … " + std::to_string(field.max);
+    }
+  } check;
+  JudgeSettings copy = settings;
+  copy.visit(check);
+  return check.broken.empty() ? success() : malformed(check.broken);
+}
+
+Status check_request(const robot::Robot& robot, const JudgeRequest& request) {
+  const auto n = static_cast<Eigen::Index>(robot.joints());
+  if (request.q.cols() != n) {
+    return malformed("q has " + std::to_string(request.q.cols()) + " columns; robot " + robot.name() + " has " +
+                     std::to_string(n) + " joints");
+  }
+  if (request.q.rows() < 2 || request.q.rows() > kMostSteps) {
+    return malformed("q has " + std::to_string(request.q.rows()) + " rows; 2 … " + std::to_string(kMostSteps) +
+                     " are right");
+  }
+  if (!request.q.allFinite()) return malformed("q holds a number that is not finite");
+  const double duration = request.dt * static_cast<double>(request.q.rows() - 1);
+  if (!(request.dt > 0) || !(duration <= kLongestMotion)) {
+    return malformed("dt is " + std::to_string(request.dt) + " s; it must be > 0 and the motion at most 120 s long");
+  }
+  if (request.planner_iterations < 0) return malformed("planner_iterations is negative");
+  if (!request.K.empty() && static_cast<Eigen::Index>(request.K.size()) != request.q.rows() - 1) {
+    return malformed("K has " + std::to_string(request.K.size()) + " gains; none or one for each of the " +
+                     std::to_string(request.q.rows() - 1) + " steps are right");
+  }
+  for (const auto& K : request.K) {
+    if (K.rows() != n || K.cols() != 2 * n || !K.allFinite())
+      return malformed("a gain of K is not a finite n × 2n matrix");
+  }
+  PRIMO_TRY(check_settings(request.settings));
+  const auto& scenario = request.scenario;
+  if (scenario.objects.size() > kMostObjects) return malformed("more than 100 objects");
+  if (auto status = scenario.validate(); !status.ok()) return status.error().at("judge request");
+  if (scenario.action.size() != 2 || scenario.action[0] != "grasp") {
+    std::string text;
+    for (const auto& word : scenario.action) text += (text.empty() ? "" : ", ") + word;
+    return malformed("action [" + text + "] is not one the judge knows; it knows [grasp, OBJECT]");
+  }
+  if (!scenario.object(scenario.action[1])) {
+    return malformed("action grasp names \"" + scenario.action[1] + "\", which is no object of scenario " +
+                     scenario.name);
+  }
+  if (!scenario.robot_start.empty() && static_cast<Eigen::Index>(scenario.robot_start.size()) != n) {
+    return malformed("robot_start has " + std::to_string(scenario.robot_start.size()) + " joints; robot " +
+                     robot.name() + " has " + std::to_string(n));
+  }
+  return success();
+}
+
+/// The body that the last arm joint moves: the hand's frame P.
+int palm_body(const robot::Robot& robot) {
+  for (const auto& joint : robot.chain()) {
+    if (joint.name == robot.file().arm.back().joint) return joint.body;
+  }
+  return 0;
+}
+
+/// Upper bound of the distance from P's origin to any point of the hand, whatever the fingers do, m.
+double hand_reach(const robot::Robot& robot, int palm) {
+  const robot::Kinematics home = robot.forward(robot.home());
+  const auto& chain = robot.chain();
+  double reach = 0;
+  for (const auto& link : robot.link_shapes()) {
+    Eigen::Vector3d from = robot.pose(home, link).translation();
+    double length = robot::bounding_radius(link.shape);
+    int body = link.body;
+    for (; body > 0 && body != palm; body = robot.bodies()[static_cast<std::size_t>(body)].parent) {
+      for (auto j = chain.size(); j-- > 0;) {
+        if (chain[j].body != body) continue;
+        length += (from - home.anchor_W[j]).norm();
+        from = home.anchor_W[j];
+        if (chain[j].slide)
+          length += std::abs(chain[j].ratio) * (robot.upper()[chain[j].index] - robot.lower()[chain[j].index]);
+      }
+    }
+    if (body == palm)
+      reach = std::max(reach, length + (from - home.X_WB[static_cast<std::size_t>(palm)].translation()).norm());
+  }
+  return reach;
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// What is wrong with a path, in words; empty when it is clean.
+std::string complaint(const std::vector<Criterion>& found) {
+  std::string text;
+  const auto table = criteria();
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (!table[i].strict || found[i].met) continue;
+    text += (text.empty() ? "" : ", ") + found[i].name + " " + number(found[i].value) + " " +
+            std::string(table[i].unit) + " against " + number(found[i].margin);
+  }
+  return text;
+}
+
+}  // namespace
+
+struct Judge::Impl {
+  using Key = std::tuple<int, double, double, double, double, double>;  // shape type, its sizes, mass, time step
+
+  explicit Impl(robot::Robot r) : robot(std::move(r)), palm(palm_body(robot)), reach(hand_reach(robot, palm)) {}
+
+  Result<std::unique_ptr<HandWorkspace>> take(const Key& key, const Shape& shape, double mass, double timestep) {
+    {
+      const std::lock_guard lock(mutex);
+      if (auto found = pool.find(key); found != pool.end() && !found->second.empty()) {
+        auto workspace = std::move(found->second.back());
+        found->second.pop_back();
+        --pooled;
+        return workspace;
+      }
+      if (!whole) {
+        auto model = robot_model(robot);
+        if (!model.ok()) return model.error();
+        whole = std::move(model).value();
+      }
+    }
+    PRIMO_ASSIGN(HandWorkspace made, HandWorkspace::create(robot, whole->get(), shape, mass, timestep));
+    return std::make_unique<HandWorkspace>(std::move(made));
+  }
+
+  void give_back(const Key& key, std::unique_ptr<HandWorkspace> workspace) {
+    constexpr std::size_t kMostPooled = 64;
+    const std::lock_guard lock(mutex);
+    if (pooled >= kMostPooled) {
+      pool.clear();
+      pooled = 0;
+    }
+    pool[key].push_back(std::move(workspace));
+    ++pooled;
+  }
+
+  Result<TrialResult> final_pose(const JudgeRequest& request, const scene::Object& target, Verdict& verdict);
+
+  const robot::Robot robot;
+  const int palm;
+  const double reach;
+  std::mutex mutex;
+  std::optional<Model> whole;
+  std::map<Key, std::vector<std::unique_ptr<HandWorkspace>>> pool;
+  std::size_t pooled = 0;
+};
+
+Result<TrialResult> Judge::Impl::final_pose(const JudgeRequest& request, const scene::Object& target,
+                                            Verdict& verdict) {
+  const Eigen::VectorXd q = request.q.row(request.q.rows() - 1).transpose();
+  const Pose X_WO = target.X_WO();
+  const Shape shape = target.shape();
+  TrialResult result;
+  ClearanceQuery hand(robot, target_pairs(request.scenario, target.name));
+  const double penetration = -hand.at(q);
+  if (penetration > request.settings.max_penetration) {
+    result.outcome = Outcome::initial_penetration;
+    result.reason = "at the final pose the hand is " + number(penetration * 1e3) + " mm inside the object";
+    result.score = penetration_score(verdict.position_error, penetration, request.settings.max_penetration);
+    return result;
+  }
+  const Pose X_WP = robot.forward(q).X_WB[static_cast<std::size_t>(palm)];
+  // Where no finger can get whatever it does, the simulation could only find no contact.
+  if ((X_WO.translation() - X_WP.translation()).norm() > reach + robot::bounding_radius(shape)) {
+    result.outcome = Outcome::no_contact;
+    result.reason = "at the final pose the object is out of the fingers' reach";
+    result.score = miss_score(verdict.position_error);
+    return result;
+  }
+  const Key key{static_cast<int>(shape.type), shape.size.x(), shape.size.y(), shape.size.z(), target.mass,
+                request.settings.timestep};
+  PRIMO_ASSIGN(auto workspace, take(key, shape, target.mass, request.settings.timestep));
+  const Eigen::VectorXd opened = back_off(robot, q, shape, X_WO, kFingerBackOff);
+  result = run_trial(robot, *workspace, opened, X_WP, X_WO, verdict.position_error, request.settings, request.seed);
+  give_back(key, std::move(workspace));
+  return result;
+}
+
+Judge::Judge(robot::Robot robot) : impl_(std::make_unique<Impl>(std::move(robot))) {}
+Judge::~Judge() = default;
+Judge::Judge(Judge&&) noexcept = default;
+Judge& Judge::operator=(Judge&&) noexcept = default;
+
+const robot::Robot& Judge::robot() const { return impl_->robot; }
+
+namespace {
+
+/// Why the motion cannot be judged at all, or nothing.
+std::string unjudgeable(const robot::Robot& robot, const JudgeRequest& request) {
+  if (request.q.cwiseAbs().maxCoeff() > kAbsurdAngle) return "the plan has a joint angle beyond 1000 rad";
+  Eigen::VectorXd start = robot.home();
+  const auto& given = request.scenario.robot_start;
+  if (!given.empty()) start = Eigen::Map<const Eigen::VectorXd>(given.data(), static_cast<Eigen::Index>(given.size()));
+  const double off = (request.q.row(0).transpose() - start).cwiseAbs().maxCoeff();
+  if (off > kStartTolerance) return "the plan starts " + number(off) + " rad away from where the robot is";
+  return {};
+}
+
+/// What the path touches first, and when; also says it in the reason.
+std::optional<std::string> first_touched(const robot::Robot& robot, const JudgeRequest& request,
+                                         const std::string& target) {
+  auto pairs = clearance_pairs(request.scenario, target);
+  ClearanceQuery scene(robot, pairs);
+  const auto hand_pairs = target_pairs(request.scenario, target);
+  ClearanceQuery hand(robot, hand_pairs);
+  const auto a = scene.first_below(request.q, request.settings.clearance_margin);
+  const auto b = hand.first_below(request.q, request.settings.target_margin);
+  if (b && (!a || b->step < a->step)) return target;
+  if (a) return pairs[static_cast<std::size_t>(a->pair)].obstacle.name;
+  return std::nullopt;
+}
+
+void fill_criteria(const std::vector<Criterion>& found, Verdict& verdict) {
+  verdict.path_clean = true;
+  const auto table = criteria();
+  for (std::size_t i = 0; i < found.size(); ++i) verdict.path_clean &= found[i].met || !table[i].strict;
+  verdict.criteria = found;
+  verdict.clearance = found[0].value;
+  verdict.target_clearance = found[1].value;
+  verdict.limit_margin = found[2].value;
+  verdict.max_speed = found[3].value;
+  verdict.path_length = found[4].value;
+}
+
+}  // namespace
+
+Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
+  const auto& robot = impl_->robot;
+  PRIMO_TRY(check_request(robot, request));
+  const std::string name = request.scenario.action[1];
+  const scene::Object& target = *request.scenario.object(name);
+  Verdict verdict;
+  verdict.objects.push_back(request.scenario.table.name);
+  for (const auto& object : request.scenario.objects) verdict.objects.push_back(object.name);
+  verdict.before = symbols::observe(snapshot(request.scenario));
+  verdict.after = verdict.before;
+  if (verdict.reason = unjudgeable(robot, request); !verdict.reason.empty()) return verdict;
+
+  fill_criteria(evaluate_criteria({robot, request.scenario, name, request.q, request.dt, request.planner_iterations,
+                                   request.settings}),
+                verdict);
+  const Eigen::VectorXd q_end = request.q.row(request.q.rows() - 1).transpose();
+  const robot::Kinematics kinematics = robot.forward(q_end);
+  verdict.position_error = (robot.pose(kinematics, robot.grasp_frame()).translation() - target.position).norm();
+
+  TrialResult trial;
+  if (request.mode == Mode::execute) {
+    PRIMO_ASSIGN(Execution execution, execute(robot, request, name, verdict.position_error));
+    trial = execution.trial;
+    verdict.after = symbols::observe(execution.world);
+  } else {
+    PRIMO_ASSIGN(trial, impl_->final_pose(request, target, verdict));
+  }
+  verdict.outcome = trial.outcome;
+  verdict.score = trial.score;
+  verdict.displacement = trial.displacement;
+  verdict.survival = trial.survival;
+  verdict.steps = trial.steps;
+  verdict.final_pose_success = trial.outcome == Outcome::held;
+  verdict.success = verdict.final_pose_success && verdict.path_clean;
+  verdict.reason = trial.reason;
+
+  Aftermath aftermath;
+  aftermath.held = verdict.success;
+  if (!verdict.path_clean) {
+    verdict.reason += "; the path is not clean: " + complaint(verdict.criteria);
+    const bool refused = !verdict.criteria[2].met || !verdict.criteria[3].met;
+    if (!verdict.criteria[0].met || !verdict.criteria[1].met) {
+      const auto touched = first_touched(robot, request, name);
+      if (touched) verdict.reason += "; it touches " + *touched + " first";
+      if (!refused) aftermath.knocked = touched;
+    }
+  } else if (trial.steps > 0 && trial.outcome != Outcome::unstable) {
+    aftermath.X_WO_target = kinematics.X_WB[static_cast<std::size_t>(impl_->palm)] * trial.X_PO;
+  }
+  if (request.mode == Mode::final_pose)
+    verdict.after = symbols::observe(snapshot_after(request.scenario, name, aftermath));
+  return verdict;
+}
+
+}  // namespace primo::physics
