@@ -74,7 +74,9 @@ class StatusWatcher {
  public:
   using Callback = std::function<void(WorkerEvent event, const WorkerInfo& worker)>;
 
-  static Result<std::unique_ptr<StatusWatcher>> create(const Participant& participant);
+  /// `lease`: until a silent process counts as dead; publishers with a longer one don't match.
+  static Result<std::unique_ptr<StatusWatcher>> create(
+      const Participant& participant, std::chrono::milliseconds lease = std::chrono::milliseconds(500));
   ~StatusWatcher();
 
   /// Those alive, in order of role, name and worker.
