@@ -29,15 +29,26 @@ bool BandMatrix::factorise() {
 }
 
 void BandMatrix::solve(Eigen::VectorXd& x) const {
-  const int n = size(), w = width();
+  const int n = size(), w = width(), stride = w + 1;
+  double* const values = x.data();
   for (int j = 0; j < n; ++j) {
-    x[j] /= band_(0, j);
+    const double* const column = band_.data() + static_cast<std::ptrdiff_t>(j) * stride;
+    const double value = values[j] /= column[0];
     const int below = std::min(w, n - 1 - j);
-    x.segment(j + 1, below) -= x[j] * band_.col(j).segment(1, below);
+    for (int i = 1; i <= below; ++i) values[j + i] -= value * column[i];
   }
   for (int j = n - 1; j >= 0; --j) {
+    const double* const column = band_.data() + static_cast<std::ptrdiff_t>(j) * stride;
     const int below = std::min(w, n - 1 - j);
-    x[j] = (x[j] - band_.col(j).segment(1, below).dot(x.segment(j + 1, below))) / band_(0, j);
+    // Two sums: a single one would wait for each addition.
+    double even = 0, odd = 0;
+    int i = 1;
+    for (; i + 1 <= below; i += 2) {
+      even += column[i] * values[j + i];
+      odd += column[i + 1] * values[j + i + 1];
+    }
+    if (i <= below) even += column[i] * values[j + i];
+    values[j] = (values[j] - (even + odd)) / column[0];
   }
 }
 

@@ -57,22 +57,22 @@ class Collision final : public TaskVariable {
   void for_each_near_pair(const Configuration& at, F&& f) const {
     const bool keep_off_target = at.phase < target_until_ - 1e-9;
     for (const auto& link : links_) {
-      const Pose X_WG = robot_.pose(at.kinematics, *link.shape);
-      for (const auto& body : scene_.obstacles) visit(link, X_WG, body, f);
-      if (keep_off_target || !link.shape->hand) visit(link, X_WG, scene_.target, f);
+      const Eigen::Vector3d centre = at.kinematics.X_WB[link.shape->body] * link.shape->X_BG.translation();
+      for (const auto& body : scene_.obstacles) visit(at, link, centre, body, f);
+      if (keep_off_target || !link.shape->hand) visit(at, link, centre, scene_.target, f);
     }
   }
 
   template <class F>
-  void visit(const Link& link, const Pose& X_WG, const SceneBody& body, F&& f) const {
+  void visit(const Configuration& at, const Link& link, const Eigen::Vector3d& centre, const SceneBody& body,
+             F&& f) const {
+    const double reach = link.bounding_radius + margin_, far = reach + body.bounding_radius;
+    const Eigen::Vector3d offset = centre - body.X_WB.translation();
+    if (offset.squaredNorm() >= far * far) return;
     // The centre's distance to the body itself, not to its bounding sphere: a table is much flatter than that.
     Eigen::Vector3d normal;
-    const double reach = link.bounding_radius + margin_;
-    const Eigen::Vector3d offset = X_WG.translation() - body.X_WB.translation();
-    const double far = reach + body.bounding_radius;
-    if (offset.squaredNorm() >= far * far) return;
     if (robot::signed_distance(body.shape, body.X_WB.linear().transpose() * offset, normal) >= reach) return;
-    const auto d = robot::distance(link.shape->shape, X_WG, body.shape, body.X_WB);
+    const auto d = robot::distance(link.shape->shape, robot_.pose(at.kinematics, *link.shape), body.shape, body.X_WB);
     if (d.distance < margin_) f(*link.shape, body, d);
   }
 

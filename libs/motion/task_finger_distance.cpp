@@ -19,10 +19,10 @@ class FingerDistance final : public TaskVariable {
     for (int i = 0; i < size(); ++i) {
       phi[i] = 0;
       const auto& link = robot_.link_shapes()[robot_.fingertips()[i].link_shape];
-      const Pose X_WG = robot_.pose(at.kinematics, link);
+      const Eigen::Vector3d centre = at.kinematics.X_WB[link.body] * link.X_BG.translation();
       const double reach = robot::bounding_radius(link.shape) + target_.bounding_radius + margin_;
-      if ((X_WG.translation() - target_.X_WB.translation()).squaredNorm() > reach * reach) continue;
-      const auto d = robot::distance(link.shape, X_WG, target_.shape, target_.X_WB);
+      if ((centre - target_.X_WB.translation()).squaredNorm() > reach * reach) continue;
+      const auto d = robot::distance(link.shape, robot_.pose(at.kinematics, link), target_.shape, target_.X_WB);
       phi[i] = std::max(0.0, 1 - d.distance / margin_);
       if (J && phi[i] > 0) {
         robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.normal / margin_, J->row(i));

@@ -92,7 +92,7 @@ double signed_distance_box(const Vector3d& half, const Vector3d& p, Vector3d& no
 }
 
 double signed_distance_cylinder(double radius, double half, const Vector3d& p, Vector3d& normal) {
-  const double rho = std::hypot(p.x(), p.y());
+  const double rho = std::sqrt(p.x() * p.x() + p.y() * p.y());
   const Vector3d radial = rho > kTiny ? Vector3d(p.x() / rho, p.y() / rho, 0) : Vector3d::UnitX();
   const Vector3d axial = p.z() < 0 ? Vector3d(-Vector3d::UnitZ()) : Vector3d(Vector3d::UnitZ());
   const double dr = rho - radius, dz = std::abs(p.z()) - half;
@@ -102,7 +102,7 @@ double signed_distance_cylinder(double radius, double half, const Vector3d& p, V
     normal = side ? radial : axial;
     return side ? dr : dz;
   }
-  const double length = std::hypot(dr, dz);
+  const double length = std::sqrt(dr * dr + dz * dz);
   normal = length > 0 ? Vector3d((dr * radial + dz * axial) / length) : radial;
   return length;
 }

@@ -149,6 +149,7 @@ class ModelReader {
       body.parent = b == 0 ? -1 : model_.body_parentid[b];
       body.hand = b > 0 && (body.parent == hand_root || robot_.bodies_[body.parent].hand);
       robot_.X_PB_.push_back(b == 0 ? Pose::Identity() : pose_from(model_.body_pos + 3 * b, model_.body_quat + 4 * b));
+      robot_.turned_.push_back(!robot_.X_PB_.back().linear().isIdentity(0));
       robot_.first_joint_.push_back(static_cast<int>(robot_.chain_.size()));
       robot_.moving_.push_back(b == 0 ? std::vector<int>{} : robot_.moving_[body.parent]);
       for (int j = model_.body_jntadr[b]; j < model_.body_jntadr[b] + model_.body_jntnum[b]; ++j) {

@@ -1,8 +1,30 @@
 #include "robot/robot.h"
 
+#include <cmath>
+
 #include "core/check.h"
 
 namespace primo::robot {
+
+namespace {
+
+/// R ← R · rotation by `angle` about the unit `axis`: columns turn towards axis × column in the rotated frame.
+void rotate(Eigen::Matrix3d& R, const Eigen::Vector3d& axis, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  for (int k = 0; k < 3; ++k) {
+    // Chains are mostly built of joints about a coordinate axis, which mix only the two other columns.
+    if (std::abs(axis[k]) != 1.0) continue;
+    const double signed_s = axis[k] * s;
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const Eigen::Vector3d column = R.col(i);
+    R.col(i) = c * column + signed_s * R.col(j);
+    R.col(j) = c * R.col(j) - signed_s * column;
+    return;
+  }
+  R = R * Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
+}  // namespace
 
 int Robot::body(const std::string& name) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -21,24 +43,26 @@ void Robot::forward(const Eigen::Ref<const Eigen::VectorXd>& q, Kinematics& out)
   for (std::size_t b = 1; b < bodies_.size(); ++b) {
     // Rotations and translations apart: products of Isometry3d would also multiply the constant last row.
     const Pose& X_WP = out.X_WB[bodies_[b].parent];
-    Eigen::Matrix3d R = X_WP.linear() * X_PB_[b].linear();
     Eigen::Vector3d p = X_WP.linear() * X_PB_[b].translation() + X_WP.translation();
+    Eigen::Matrix3d R =
+        turned_[b] ? Eigen::Matrix3d(X_WP.linear() * X_PB_[b].linear()) : Eigen::Matrix3d(X_WP.linear());
     for (int j = first_joint_[b]; j < first_joint_[b + 1]; ++j) {
       const ChainJoint& joint = chain_[j];
       const double displacement = joint.offset + joint.ratio * q[joint.index] - joint.reference;
-      out.axis_W[j] = R * joint.axis;
-      out.anchor_W[j] = p + R * joint.anchor;
+      out.axis_W[j].noalias() = R * joint.axis;
+      out.anchor_W[j].noalias() = R * joint.anchor;
+      out.anchor_W[j] += p;
       if (joint.slide) {
         p += displacement * out.axis_W[j];
       } else {
-        R = R * Eigen::AngleAxisd(displacement, joint.axis).toRotationMatrix();
-        p = out.anchor_W[j] - R * joint.anchor;
+        rotate(R, joint.axis, displacement);
+        p.noalias() = out.anchor_W[j] - R * joint.anchor;
       }
     }
     Pose& X_WB = out.X_WB[b];
-    X_WB.setIdentity();
     X_WB.linear() = R;
     X_WB.translation() = p;
+    X_WB.makeAffine();
   }
 }
 

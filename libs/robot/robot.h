@@ -209,6 +209,7 @@ class Robot {
   Eigen::VectorXd lower_, upper_, home_, control_weights_;
   std::vector<Body> bodies_;
   std::vector<Pose> X_PB_;                // by body: in its parent, joints at their reference
+  std::vector<char> turned_;              // by body: whether X_PB rotates
   std::vector<ChainJoint> chain_;         // in the order of bodies
   std::vector<int> first_joint_;          // by body: its range in chain_, bodies + 1 entries
   std::vector<std::vector<int>> moving_;  // by body: the chain joints that move it
