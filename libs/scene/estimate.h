@@ -19,20 +19,20 @@ struct PointCloud {
 
 /// An object found in the points. Same conventions as Object.
 struct ObjectEstimate {
-  std::string name;                 ///< the scenario's name where one was given to match, else o1, o2, …
+  std::string name;  ///< the scenario's name where one was given to match, else o1, o2, …
   ShapeType type = ShapeType::cylinder;
   Pose X_WO = Pose::Identity();
   Shape shape;
-  double residual = 0;              ///< m, rms distance of its points to the fitted surface
-  int points = 0;                   ///< support
+  double residual = 0;  ///< m, rms distance of its points to the fitted surface
+  int points = 0;       ///< support
 };
 
 struct SceneEstimate {
-  std::string scene;                      ///< scene_id of the scenario the clouds came from; empty on a live camera
+  std::string scene;  ///< scene_id of the scenario the clouds came from; empty on a live camera
   Table table;
-  std::vector<ObjectEstimate> objects;    ///< in order of name
-  std::vector<std::uint8_t> octree;       ///< OctoMap's binary stream (.bt payload)
-  double resolution = 0.01;               ///< m, of the octree
+  std::vector<ObjectEstimate> objects;  ///< in order of name
+  std::vector<std::uint8_t> octree;     ///< OctoMap's binary stream (.bt payload)
+  double resolution = 0.01;             ///< m, of the octree
 
   const ObjectEstimate* object(const std::string& name) const;
 };

@@ -3,10 +3,9 @@
 #include <octomap/OcTree.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <locale>
 #include <sstream>
-#include <streambuf>
 #include <string>
 #include <string_view>
 
@@ -103,15 +102,18 @@ Result<OccupancyMap> OccupancyMap::from_bytes(const std::vector<std::uint8_t>& b
   PRIMO_TRY(check_payload(std::string_view(stream).substr(begin)));
   auto tree = std::make_unique<octomap::OcTree>(resolution);
   if (begin == stream.size()) return OccupancyMap(std::move(tree));
-  std::istringstream in(stream);
-  if (!tree->readBinary(in)) return Error{Code::data, "octree: OctoMap could not read the stream"};
+  std::istringstream in(stream.substr(begin));
+  if (!tree->readBinaryData(in)) return Error{Code::data, "octree: OctoMap could not read the stream"};
   return OccupancyMap(std::move(tree));
 }
 
 std::vector<std::uint8_t> OccupancyMap::to_bytes() const {
+  // OctoMap's own writer of the header talks on standard error.
   std::ostringstream out;
   out.imbue(std::locale::classic());
-  tree_->writeBinaryConst(out);
+  out << "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+      << "id OcTree\nsize " << tree_->size() << "\nres " << tree_->getResolution() << "\ndata\n";
+  tree_->writeBinaryData(out);
   const std::string stream = out.str();
   return {stream.begin(), stream.end()};
 }

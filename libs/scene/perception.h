@@ -22,7 +22,7 @@ struct PerceptionSettings {
   double above_table = 0.008;        ///< m, points lower than this over the table are table: 5 σ of the depth noise
   double cluster_gap = 0.008;        ///< m, edge of the voxels whose neighbours (26) belong to one cluster
   int min_points = 40;               ///< an object has at least so many points
-  double max_residual = 0.0035;      ///< m rms; clusters that fit one shape worse than this are split
+  double max_residual = 0.0015;      ///< m rms; clusters that fit one shape worse than this are split
   double match_distance = 0.1;       ///< m in the plane, between a label and the object that gets its name
   template <class V>
   void visit(V&& v) {
@@ -51,6 +51,7 @@ struct PerceptionRequest {
   std::string scene;               ///< scene_id of the clouds' scenario; empty on a live camera
   std::vector<PointCloud> clouds;  ///< with camera poses
   std::vector<Label> labels;       ///< none: all objects are named o1, o2, …
+  std::string table = "table";     ///< the table's name in the answer
   PerceptionSettings settings;
 };
 
