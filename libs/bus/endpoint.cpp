@@ -51,6 +51,7 @@ struct Writer::Impl : dds::DataWriterListener {
     {
       const std::lock_guard lock(mutex);
       matched = status.current_count;
+      ever = ever || matched > 0;
     }
     changed.notify_all();
     if (on_matched) on_matched();
@@ -78,6 +79,7 @@ struct Writer::Impl : dds::DataWriterListener {
   mutable std::mutex mutex;
   mutable std::condition_variable changed;
   int matched = 0;
+  bool ever = false;
 };
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -136,6 +138,11 @@ Status Writer::assert_liveliness() {
 int Writer::matched() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->matched;
+}
+
+bool Writer::was_matched() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->ever;
 }
 
 bool Writer::wait_matched(int count, std::chrono::milliseconds timeout) const {

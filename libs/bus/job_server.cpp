@@ -31,7 +31,6 @@ struct ServerCore::Impl {
   struct Requester {
     std::shared_ptr<Writer> writer;
     Clock::time_point made, used;
-    bool was_there = false;
   };
 
   Impl(Participant participant_in, StatusPublisher& status_in, const Types& types_in)
@@ -180,14 +179,12 @@ void ServerCore::Impl::handle(const void* request) {
 
 void ServerCore::Impl::answer(const std::string& requester, void* reply) {
   std::shared_ptr<Writer> writer;
-  bool was_there = false;
   Clock::time_point made;
   {
     const std::lock_guard lock(mutex);
     const auto found = requesters.find(requester);
     if (found == requesters.end()) return;
     writer = found->second.writer;
-    was_there = found->second.was_there;
     made = found->second.made;
     found->second.used = Clock::now();
   }
@@ -195,14 +192,10 @@ void ServerCore::Impl::answer(const std::string& requester, void* reply) {
   if (writer->matched() == 0) {
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(made + std::chrono::seconds(2) - Clock::now());
-    if (was_there || left.count() <= 0 || !writer->wait_matched(1, left)) {
+    if (writer->was_matched() || left.count() <= 0 || !writer->wait_matched(1, left)) {
       spdlog::info("{} is gone; its answer is dropped", requester);
       return;
     }
-  }
-  {
-    const std::lock_guard lock(mutex);
-    if (const auto found = requesters.find(requester); found != requesters.end()) found->second.was_there = true;
   }
   if (const Status written = writer->write(reply); !written.ok()) {
     spdlog::warn("the answer to {} is lost: {}", requester, written.error().message);
