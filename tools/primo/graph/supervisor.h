@@ -1,0 +1,39 @@
+// Starting and stopping the processes of the graph through supervisord.
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "primo/layout.h"
+
+namespace primo::tool {
+
+/// What compose/supervisord.conf starts: a role and how many of it.
+struct Expected {
+  std::string role;
+  int count = 1;
+};
+std::vector<Expected> expected_workers();
+
+/// The supervisord of this run-time folder, when it lives.
+std::optional<pid_t> supervisor_pid(const Layout& layout);
+
+/// Processes that belong to this run-time folder, supervisord aside.
+std::vector<pid_t> graph_processes(const Layout& layout);
+
+/// Asks every service to check its configuration. The first that refuses: its own line, Code::config.
+Status check_services(const Layout& layout);
+
+/// Starts supervisord as a daemon, or in the place of this process (then it returns only on failure).
+Status start_supervisor(const Layout& layout, bool foreground);
+
+/// Stops supervisord and every process of the run-time folder, and removes what they left there and in shared memory.
+Status stop_graph(const Layout& layout);
+
+/// Removes Fast DDS' shared-memory files whose owners are dead (their lock can be had). Gives their number.
+int clean_shared_memory();
+
+}  // namespace primo::tool
