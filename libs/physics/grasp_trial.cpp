@@ -42,7 +42,7 @@ class Trial {
     int still = 0;
     for (int k = 0; k < steps && still < patience; ++k) {
       mj_step1(m_, d_);
-      apply_frame_forces(m_, d_, {}, Eigen::Vector3d::Zero());
+      apply_frame_forces(m_, d_, {}, w_.centre, Eigen::Vector3d::Zero());
       w_.joints.close(robot_, d_, held_);
       if (!advance()) return false;
       double fastest = 0;
@@ -108,7 +108,7 @@ class Trial {
 
   Stop held_step(const ShakerState& shaker, const Eigen::Vector3d& gravity) {
     mj_step1(m_, d_);
-    apply_frame_forces(m_, d_, shaker, gravity);
+    apply_frame_forces(m_, d_, shaker, w_.centre, gravity);
     for (int i = 0; i < robot_.hand_joints(); ++i) w_.joints.servo(robot_, d_, i, targets_[i]);
     if (!advance()) return Stop::diverged;
     displacement_ = std::max(displacement_, (object_position() - p_start_).norm());
@@ -189,6 +189,12 @@ Result<HandWorkspace> HandWorkspace::create(const robot::Robot& robot, const mjM
   PRIMO_ASSIGN(w.model, hand_model(robot, whole, object, mass, timestep));
   w.data = Data(w.model);
   w.joints = JointMap(robot, w.model.get());
+  const robot::Kinematics home = robot.forward(robot.home());
+  for (const auto& joint : robot.chain()) {
+    if (joint.name != robot.file().arm.back().joint) continue;
+    const Pose& X_WP = home.X_WB[static_cast<std::size_t>(joint.body)];
+    w.centre = X_WP.inverse(Eigen::Isometry) * robot.pose(home, robot.grasp_frame()).translation();
+  }
   w.object_body = w.model.body(kHandObject);
   w.object_geom = w.model.geom(kHandObject);
   w.object_joint = w.model.joint(kHandObject);

@@ -169,7 +169,7 @@ Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const 
   return hand;
 }
 
-void apply_frame_forces(const mjModel* model, mjData* data, const ShakerState& shaker,
+void apply_frame_forces(const mjModel* model, mjData* data, const ShakerState& shaker, const Eigen::Vector3d& centre,
                         const Eigen::Vector3d& gravity_N) {
   const Eigen::Vector3d lift = shaker.R_NP.transpose() * gravity_N - shaker.acceleration;
   const Eigen::Vector3d &omega = shaker.omega, &alpha = shaker.alpha;
@@ -180,7 +180,7 @@ void apply_frame_forces(const mjModel* model, mjData* data, const ShakerState& s
     std::array<mjtNum, 6> velocity{};
     mj_objectVelocity(model, data, mjOBJ_BODY, b, velocity.data(), 0);
     const Eigen::Vector3d w = vector3(velocity.data()), v = vector3(velocity.data() + 3),
-                          r = vector3(data->xipos + 3 * b);
+                          r = vector3(data->xipos + 3 * b) - centre;
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->ximat + 9 * b);
     const Eigen::Matrix3d I = R * vector3(model->body_inertia + 3 * b).asDiagonal() * R.transpose();
     const Eigen::Vector3d force = mass * (lift - alpha.cross(r) - omega.cross(omega.cross(r)) - 2 * omega.cross(v));

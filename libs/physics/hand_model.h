@@ -24,11 +24,12 @@ Result<Model> robot_model(const robot::Robot& robot);
 Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
                          double timestep);
 
-/// Writes xfrc_applied of every body: gravity (m/s², in N) and the inertial forces of P moving as `shaker` says. Exact
-/// for rigid bodies: with P's acceleration a, rates ω and α, a body of mass m at r with velocity v and spin w in P gets
-///   f = m (Rᵀg − a − α×r − ω×(ω×r) − 2 ω×v),   τ = −(Iα + I(ω×w) + ω×Iω + ω×Iw + w×Iω).
+/// Writes xfrc_applied of every body: gravity (m/s², in N) and the inertial forces of P moving as `shaker` says, where
+/// a = shaker.acceleration is that of the point c fixed in P at `centre` (m, in P). Exact for rigid bodies: a body of
+/// mass m at r with velocity v and spin w in P gets
+///   f = m (Rᵀg − a − α×(r−c) − ω×(ω×(r−c)) − 2 ω×v),   τ = −(Iα + I(ω×w) + ω×Iω + ω×Iw + w×Iω).
 /// @pre positions and velocities of `data` are up to date (mj_step1).
-void apply_frame_forces(const mjModel* model, mjData* data, const ShakerState& shaker,
+void apply_frame_forces(const mjModel* model, mjData* data, const ShakerState& shaker, const Eigen::Vector3d& centre,
                         const Eigen::Vector3d& gravity_N);
 
 }  // namespace primo::physics

@@ -32,10 +32,11 @@ class BandLimitedProcess {
   Eigen::Matrix3d drift_, transition_, covariance_, root_, noise_root_;
 };
 
-/// Motion of the hand's frame P against its nominal pose, at one instant. All vectors in P's axes.
+/// Motion of the hand's frame P against its nominal pose, at one instant. All vectors in P's axes. The acceleration is
+/// that of the point the hand turns about; which point that is, the user says.
 struct ShakerState {
   Eigen::Matrix3d R_NP = Eigen::Matrix3d::Identity();  ///< from P to the nominal frame N
-  Eigen::Vector3d acceleration{0, 0, 0};               ///< of P's origin, m/s²
+  Eigen::Vector3d acceleration{0, 0, 0};               ///< of the centre of the turning, m/s²
   Eigen::Vector3d omega{0, 0, 0};                      ///< angular velocity of P, rad/s
   Eigen::Vector3d alpha{0, 0, 0};                      ///< angular acceleration of P, rad/s²
 };
