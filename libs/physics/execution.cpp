@@ -38,6 +38,10 @@ Reference reference_at(const Eigen::MatrixXd& q, double dt, double time) {
   r.velocity = (va + s * (2 * c2 + 3 * s * c3)) / dt;
   r.acceleration = (2 * c2 + 6 * s * c3) / (dt * dt);
   r.step = static_cast<int>(t);
+  if (time < 0 || time >= dt * static_cast<double>(last)) {
+    r.velocity.setZero();
+    r.acceleration.setZero();
+  }
   return r;
 }
 
@@ -50,12 +54,13 @@ Eigen::MatrixXd lift_path(const robot::Robot& robot, Eigen::VectorXd q, double h
   const Pose X_WG0 = robot.pose(kinematics, robot.grasp_frame());
   const int body = robot.grasp_frame().body, arm = robot.arm_joints();
   for (int part = 1; part <= parts; ++part) {
+    const double s = static_cast<double>(part) / parts, raised = height * s * s * (3 - 2 * s);
     for (int iteration = 0; iteration < 5; ++iteration) {
       robot.forward(q, kinematics);
       const Pose X_WG = robot.pose(kinematics, robot.grasp_frame());
       Eigen::Matrix<double, 9, 1> error;
       Eigen::MatrixXd J(9, arm);
-      error.head<3>() = X_WG0.translation() + Eigen::Vector3d(0, 0, height * part / parts) - X_WG.translation();
+      error.head<3>() = X_WG0.translation() + Eigen::Vector3d(0, 0, raised) - X_WG.translation();
       J.topRows(3) = robot.point_jacobian(kinematics, body, X_WG.translation()).leftCols(arm);
       for (int axis = 0; axis < 2; ++axis) {
         // Two axes fix the orientation; 0.1 m weighs a radian.
@@ -86,6 +91,11 @@ class Simulation {
         object_geom_(model_.geom("object:" + target)) {
     // The judge drives the joints by torques from the robot file; the model's own actuators stay off.
     m_->opt.disableflags |= mjDSBL_ACTUATION;
+    // The arm's derivative gains act as joint damping, which Euler integrates implicitly: as explicit torques they
+    // would ring.
+    for (int i = 0; i < robot.arm_joints(); ++i) {
+      m_->dof_damping[joints_.dof(i)] += robot.file().arm[static_cast<std::size_t>(i)].kd;
+    }
     palm_ = mj_name2id(m_, mjOBJ_JOINT, robot.file().arm.back().joint.c_str());
     palm_ = m_->jnt_bodyid[palm_];
     q_ = request.q.row(0).transpose();
@@ -157,9 +167,9 @@ class Simulation {
     for (int i = 0; i < arm; ++i) {
       const auto& spec = robot_.file().arm[static_cast<std::size_t>(i)];
       const int dof = joints_.dof(i);
-      // Joint friction is the model's own; a robot's controller knows its own joints.
-      const double total = torque[dof] + d_->qfrc_bias[dof] + m_->dof_damping[dof] * r.velocity[i] +
-                           spec.kp * (r.q[i] - q_[i]) + spec.kd * (r.velocity[i] - velocity_[i]);
+      // The damping torque of the moving reference; with the model's own damping it makes kd (q̇* − q̇).
+      const double total =
+          torque[dof] + d_->qfrc_bias[dof] + m_->dof_damping[dof] * r.velocity[i] + spec.kp * (r.q[i] - q_[i]);
       const double limit = spec.max_torque > 0 ? spec.max_torque : std::numeric_limits<double>::infinity();
       d_->qfrc_applied[dof] = std::isfinite(total) ? std::clamp(total, -limit, limit) : 0.0;
     }
@@ -204,7 +214,7 @@ Execution lift_and_hold(const robot::Robot& robot, Simulation& simulation, Execu
   const int steps = simulation.steps_in(kLiftSeconds + kHoldSeconds), window = simulation.steps_in(0.05);
   bool opposed = false;
   for (int k = 0; k < steps; ++k) {
-    Reference reference = reference_at(path, kLiftSeconds / kParts, k * simulation.timestep());
+    const Reference reference = reference_at(path, kLiftSeconds / kParts, k * simulation.timestep());
     if (!simulation.step(reference, Simulation::Fingers::hold, false)) {
       return finish(simulation, std::move(execution), Outcome::unstable, "the simulation diverged while lifting", 0);
     }
@@ -243,8 +253,7 @@ Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request
   const int moving = simulation.steps_in(duration), settling = simulation.steps_in(kSettleSeconds);
   for (int k = 0; k < moving + settling; ++k) {
     const double time = k * simulation.timestep();
-    Reference reference = reference_at(request.q, request.dt, time);
-    if (k >= moving) reference = at_rest(reference.q);
+    const Reference reference = reference_at(request.q, request.dt, time);
     if (!simulation.step(reference, Simulation::Fingers::follow, true)) {
       return finish(simulation, std::move(execution), Outcome::unstable, "the simulation diverged while moving", 0);
     }
