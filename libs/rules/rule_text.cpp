@@ -16,6 +16,7 @@ struct Line {
   double p;
   std::string what;
   Rate rate;
+  bool shared = false;  // its examples are also explained otherwise, so that their number says nothing of p
 };
 
 /// Characters, not bytes: UTF-8 continuation bytes have no width.
@@ -35,11 +36,14 @@ std::string layout(const std::vector<Line>& lines) {
   for (const auto& line : lines) widest = std::max(widest, width(line.what));
   std::string text;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const auto& [p, what, rate] = lines[i];
+    const auto& [p, what, rate, shared] = lines[i];
     char number[32];
     std::snprintf(number, sizeof number, "%.2f", p);
     text += std::string(i == 0 ? "  → " : "    ") + number + "  " + what;
-    if (rate.trials > 0) {
+    if (rate.trials > 0 && shared) {
+      text += std::string(widest - width(what) + 3, ' ') + "(explains " + std::to_string(rate.successes) + " of " +
+              std::to_string(rate.trials) + ", not alone)";
+    } else if (rate.trials > 0) {
       char counts[96];
       std::snprintf(counts, sizeof counts, "(%lld/%lld, 95 %% %.2f–%.2f)", static_cast<long long>(rate.successes),
                     static_cast<long long>(rate.trials), rate.lower(), rate.upper());
@@ -54,10 +58,13 @@ std::string layout(const std::vector<Line>& lines) {
 
 std::string to_text(const Rule& rule) {
   const std::int64_t trials = rule.trials();
+  std::int64_t sum = rule.noise_count;
+  for (const auto& outcome : rule.outcomes) sum += outcome.count;
+  const bool overlap = sum > trials;
   std::vector<Line> lines;
   for (const auto& outcome : rule.outcomes) {
     const std::string what = outcome.literals.empty() ? "no change" : list(outcome.literals);
-    lines.push_back({outcome.p, what, {outcome.count, trials}});
+    lines.push_back({outcome.p, what, {outcome.count, trials}, overlap});
   }
   lines.push_back({rule.noise, "noise", {rule.noise_count, trials}});
   std::string head = rule.action.text() + ":";

@@ -46,10 +46,13 @@ Status check_ground(const Literal& literal, const std::set<std::string>& objects
 }  // namespace
 
 std::string Literal::text() const {
-  std::string text = negated ? "¬" + predicate : predicate;
+  std::string text = negated ? "¬" : "";
+  text += predicate;
+  if (arguments.empty()) return text;
   text += "(";
   for (std::size_t i = 0; i < arguments.size(); ++i) text += (i ? "," : "") + arguments[i];
-  return text + ")";
+  text += ")";
+  return text;
 }
 
 bool is_variable(const std::string& term) { return !term.empty() && term[0] >= 'A' && term[0] <= 'Z'; }

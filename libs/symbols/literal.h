@@ -19,7 +19,7 @@ struct Literal {
   bool negated = false;
 
   auto operator<=>(const Literal&) const = default;
-  std::string text() const;  ///< "¬on(c1,t)"
+  std::string text() const;  ///< "¬on(c1,t)"; without arguments "wet"
 };
 
 /// What holds; everything else does not.
