@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kBin = 0.005;  // m, of the histogram of heights
 constexpr int kMinTablePoints = 200;
+constexpr double kSmallestTable = 0.05, kLargestTable = 5;  // m, as in scenario files
 constexpr int kMaxParts = 5, kSplitRounds = 12;
 
 /// The middle of the two neighbouring bins that hold the most points.
@@ -170,7 +171,12 @@ Result<TableFit> estimate_table(const Points& points, const PerceptionSettings& 
   };
   const Vector2d lower(edge(xs, 0.002), edge(ys, 0.002)), upper(edge(xs, 0.998), edge(ys, 0.998));
   fit.table.top_centre = {(lower.x() + upper.x()) / 2, (lower.y() + upper.y()) / 2, height};
-  fit.table.size = (upper - lower).cwiseMax(0.001);
+  fit.table.size = upper - lower;
+  if (fit.table.size.minCoeff() < kSmallestTable || fit.table.size.maxCoeff() > kLargestTable) {
+    return Error{Code::failed, "no table was seen: the level plane at " + std::to_string(height) + " m is " +
+                                   std::to_string(fit.table.size.x()) + " × " + std::to_string(fit.table.size.y()) +
+                                   " m, must be between 0.05 and 5 m"};
+  }
   return fit;
 }
 
