@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -86,7 +87,8 @@ Status check_version(sqlite3* database, const fs::path& file) {
 /// Creates the journal under another name and links it into place, so that no one ever sees a journal without its
 /// tables.
 Status create(const fs::path& file) {
-  const fs::path temporary = file.string() + ".new." + std::to_string(::getpid());
+  static std::atomic<int> attempts{0};
+  const fs::path temporary = file.string() + ".new." + std::to_string(::getpid()) + "." + std::to_string(attempts++);
   std::error_code ignored;
   fs::remove(temporary, ignored);
   sqlite3* database = nullptr;

@@ -12,6 +12,7 @@
 #include "rules/prediction.h"
 #include "scene/generator.h"
 #include "study/codec.h"
+#include "study/rollout.h"
 #include "symbols/literal_json.h"
 
 namespace primo::study {
@@ -25,7 +26,7 @@ using symbols::Literal;
 constexpr std::size_t kObserveBatch = 8;
 
 std::string padded(std::size_t i) {
-  char text[16];
+  char text[24];
   std::snprintf(text, sizeof text, "%05zu", i);
   return text;
 }
@@ -152,10 +153,11 @@ Result<std::vector<scene::SceneEstimate>> Loop::observe(const std::vector<scene:
     std::vector<scene::Scenario> batch;
     for (std::size_t m = begin; m < end; ++m) batch.push_back(scenarios[missing[m]]);
     const auto asked_at = Clock::now();
-    PRIMO_ASSIGN(const auto seen, workers_.observe(batch));
+    PRIMO_ASSIGN(auto seen, workers_.observe(batch));
     PRIMO_CHECK(seen.size() == batch.size(), "observe() answers for each scenario");
     const double seconds =
         std::chrono::duration<double>(Clock::now() - asked_at).count() / static_cast<double>(batch.size());
+    for (auto& estimate : seen) settle(estimate);
     std::vector<Answer> answers;
     for (std::size_t b = 0; b < batch.size(); ++b)
       answers.push_back({key_of(batch[b]), "observe", encode(seen[b]), seconds});

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/random.h"
+#include "study/rollout.h"
 
 namespace primo::study {
 namespace {
@@ -304,7 +305,9 @@ Result<OptimizeResult> optimize(const OptimizeGoal& goal, Evaluator& evaluator, 
   if (!goal.settings.empty()) {
     PRIMO_ASSIGN(settings, config::read_text<OptimizationSettings>(goal.settings, "settings of the optimization goal"));
   }
-  return Optimization(goal, settings, evaluator, journal, on_progress).run();
+  OptimizeGoal settled_goal = goal;  // it may have come in a message
+  for (auto& estimate : settled_goal.estimates) settle(estimate);
+  return Optimization(settled_goal, settings, evaluator, journal, on_progress).run();
 }
 
 }  // namespace primo::study
