@@ -34,8 +34,8 @@ struct TrajectoryProblem {
 struct SolverOptions {
   int max_iterations = 100;      ///< accepted and rejected steps together
   double step_tolerance = 1e-2;  ///< rad, on the largest entry of a step
-  double cost_tolerance = 1e-6;  ///< on the relative decrease of the cost
-  double lambda_initial = 1e-4;  ///< damping relative to the control cost's Hessian
+  double cost_tolerance = 1e-4;  ///< on the relative decrease of the cost
+  double lambda_initial = 1e-5;  ///< damping relative to the control cost's Hessian
 };
 
 struct Solution {
