@@ -16,7 +16,9 @@ using symbols::Literal;
 
 std::string variable_name(int index) {
   static const char* const kNames[] = {"X", "Y", "Z", "U", "V", "W"};
-  return index < 6 ? kNames[index] : "X" + std::to_string(index);
+  if (index < 6) return kNames[index];
+  std::string name("X");
+  return name.append(std::to_string(index));
 }
 
 Literal to_literal(const Vocabulary& vocabulary, const LiftedLiteral& lifted) {

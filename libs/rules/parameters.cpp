@@ -118,7 +118,7 @@ MixtureFit fit_outcomes(const std::vector<MixtureCell>& cells, int outcomes, dou
       std::any_of(cells.begin(), cells.end(), [](const MixtureCell& cell) { return cell.outcomes.size() > 1; });
   VectorXd p = overlap ? expectation_maximisation(mixture, fit.iterations) : closed_form(cells, outcomes, p_min);
   // What is left of vanishing outcomes goes; the certificate is taken afterwards.
-  constexpr double kVanished = 1e-10;
+  constexpr double kVanished = 1e-7;
   VectorXd trimmed = (p.array() < kVanished).select(0.0, p);
   trimmed /= trimmed.sum();
   if (mixture.log_likelihood(trimmed) >= mixture.log_likelihood(p) - kGapPerExample * mixture.weights.sum())

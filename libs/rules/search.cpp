@@ -16,6 +16,23 @@ constexpr double kImprovement = 1e-9;
 struct Candidate {
   std::vector<RuleKey> rules;  // sorted
   double score = 0;
+
+  /// By score; of equals the one that says more of what holds than of what does not; then in the order of rules, so
+  /// that nothing depends on the order in which sets are found.
+  bool better_than(const Candidate& other) const {
+    if (score != other.score) return score > other.score;
+    if (negations() != other.negations()) return negations() < other.negations();
+    return rules < other.rules;
+  }
+
+ private:
+  std::int64_t negations() const {
+    std::int64_t sum = 0;
+    for (const auto& key : rules) {
+      sum += std::count_if(key.context.begin(), key.context.end(), [](const LiftedLiteral& l) { return l.negated; });
+    }
+    return sum;
+  }
 };
 
 class Search {
@@ -39,7 +56,8 @@ class Search {
  private:
   Candidate assess(std::vector<RuleKey> rules) {
     std::sort(rules.begin(), rules.end());
-    Candidate candidate{std::move(rules), 0};
+    Candidate candidate;
+    candidate.rules = std::move(rules);
     Bits covered(examples_.scenes().size());
     for (const auto& key : candidate.rules) {
       const auto& fitted = examples_.fit(key);
@@ -78,15 +96,12 @@ class Search {
     return assess(std::move(next));
   }
 
-  /// The best set one operator away, if it is better. Of equals the first in the order of rules, so that nothing
-  /// depends on the order in which sets are found.
+  /// The best set one operator away, if it is better.
   std::optional<Candidate> best_neighbour(const Candidate& from) {
     std::optional<Candidate> best;
     const auto consider = [&](const std::optional<Candidate>& candidate) {
       if (!candidate || !(candidate->score > from.score + kImprovement)) return;
-      const bool better = !best || candidate->score > best->score ||
-                          (candidate->score == best->score && candidate->rules < best->rules);
-      if (better) best = candidate;
+      if (!best || candidate->better_than(*best)) best = candidate;
     };
     for (const auto& key : explanations(from)) {
       if (exhausted()) break;
