@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "robot/distance.h"
 
@@ -129,32 +130,50 @@ bool JointMap::touches_robot(const mjModel* model, const mjData* data, int geom)
   return false;
 }
 
-Eigen::VectorXd back_off(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
-                         double most) {
-  constexpr double kStep = 0.02;
+namespace {
+
+/// Turns the closing joints of each finger by `step` (positive closes) while `go_on(smallest distance of the finger to
+/// the object)`.
+template <class GoOn>
+Eigen::VectorXd turn_fingers(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
+                             double step, double most, GoOn go_on) {
   const auto finger = finger_of_body(robot);
-  Eigen::VectorXd opened = q;
+  Eigen::VectorXd turned = q;
   robot::Kinematics kinematics;
   for (int t = 0; t < static_cast<int>(robot.fingertips().size()); ++t) {
-    const auto overlaps = [&] {
-      robot.forward(opened, kinematics);
-      return std::any_of(robot.link_shapes().begin(), robot.link_shapes().end(), [&](const robot::LinkShape& link) {
-        return finger[static_cast<std::size_t>(link.body)] == t &&
-               robot::distance(link.shape, robot.pose(kinematics, link), object, X_WO).distance < 0;
-      });
+    const auto gap = [&] {
+      double smallest = std::numeric_limits<double>::infinity();
+      robot.forward(turned, kinematics);
+      for (const auto& link : robot.link_shapes()) {
+        if (finger[static_cast<std::size_t>(link.body)] != t) continue;
+        smallest = std::min(smallest, robot::distance(link.shape, robot.pose(kinematics, link), object, X_WO).distance);
+      }
+      return smallest;
     };
-    for (double moved = 0; moved + kStep <= most + 1e-9 && overlaps(); moved += kStep) {
+    for (double moved = 0; moved + std::abs(step) <= most + 1e-9 && go_on(gap()); moved += std::abs(step)) {
       for (const auto& joint : robot.chain()) {
         const int hand_joint = joint.index - robot.arm_joints();
         if (hand_joint < 0 || finger[static_cast<std::size_t>(joint.body)] != t) continue;
         const double closing = robot.file().hand[static_cast<std::size_t>(hand_joint)].closing;
         if (closing == 0) continue;
-        opened[joint.index] = std::clamp(opened[joint.index] - std::copysign(kStep, closing),
+        turned[joint.index] = std::clamp(turned[joint.index] + std::copysign(step, step * closing),
                                          robot.lower()[joint.index], robot.upper()[joint.index]);
       }
     }
   }
-  return opened;
+  return turned;
+}
+
+}  // namespace
+
+Eigen::VectorXd back_off(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
+                         double most) {
+  return turn_fingers(robot, q, object, X_WO, -0.02, most, [](double gap) { return gap < 0; });
+}
+
+Eigen::VectorXd close_onto(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
+                           double most) {
+  return turn_fingers(robot, q, object, X_WO, 0.01, most, [](double gap) { return gap > 0; });
 }
 
 }  // namespace primo::physics

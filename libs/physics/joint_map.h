@@ -64,4 +64,9 @@ std::vector<int> finger_of_body(const robot::Robot& robot);
 Eigen::VectorXd back_off(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
                          double most);
 
+/// `q` with every finger closed, its closing joints by the same angle, until it touches the object or has moved `most`
+/// rad: how a closed hand looks without physics.
+Eigen::VectorXd close_onto(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
+                           double most = 0.7);
+
 }  // namespace primo::physics
