@@ -101,6 +101,8 @@ void add_scenario(CLI::App& app, int& exit) {
   generate_verb->add_option("--robot", options->robot, "robot file (default: the Schunk arm)");
   generate_verb->add_option("-o,--output", options->output, "folder")->capture_default_str();
   generate_verb->callback([options, &exit] { exit = report(generate(*options)); });
+
+  add_scenario_select(*verb, exit);
 }
 
 }  // namespace primo::tool

@@ -20,6 +20,8 @@ void add_rollout(CLI::App& app, int& exit);
 void add_rules(CLI::App& app, int& exit);
 void add_scenario(CLI::App& app, int& exit);
 void add_study(CLI::App& app, int& exit);
+/// `primo scenario select`, under the verb `scenario`.
+void add_scenario_select(CLI::App& scenario, int& exit);
 #ifdef PRIMO_WITH_DDS
 void add_down(CLI::App& app, int& exit);
 void add_status(CLI::App& app, int& exit);

@@ -1,0 +1,42 @@
+// Training scenarios by a seeded procedure (paper, V.A.a): those that are difficult for the hand-tuned primitive
+// although one other primitive succeeds in all of them, so that a common ρ exists.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/statistics.h"
+#include "motion/primitive.h"
+#include "scene/generator.h"
+#include "study/backend.h"
+
+namespace primo::study {
+
+struct SelectionSettings {
+  scene::RandomSceneSettings scenes;
+  std::uint64_t seed = 1;         ///< of the random scenes; other seeds belong to other sets of scenes
+  int count = 6;                  ///< scenarios to choose
+  int pool = 200;                 ///< random scenes to try at most
+  int displaced = 8;              ///< displaced copies in which both primitives are tried, beside the scene itself
+  double displacement = 0.01;     ///< m
+  double difficult_below = 0.35;  ///< the hand-tuned primitive's strict success rate is at most this
+  double feasible_from = 0.85;    ///< the reference primitive's is at least this, and it succeeds in the scene itself
+  physics::JudgeSettings judge;
+};
+
+struct SelectedScenario {
+  scene::Scenario scenario;
+  int index = 0;    ///< of the random scene
+  Rate hand_tuned;  ///< strict success in the scene and its displaced copies
+  Rate reference;
+  bool chosen = false;
+};
+
+/// Tries the random scenes of the seed in order and takes the first `count` that are difficult and feasible. Returns
+/// all that were tried, in order. `robot_start` is filled in. Error (failed): the pool holds too few, with the counts.
+Result<std::vector<SelectedScenario>> select_difficult(
+    const SelectionSettings& settings, const motion::Primitive& hand_tuned, const motion::Primitive& reference,
+    const std::vector<double>& robot_start, Workers& workers,
+    const std::function<void(const SelectedScenario&)>& on_tried = {});
+
+}  // namespace primo::study
