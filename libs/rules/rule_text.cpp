@@ -68,7 +68,7 @@ std::string to_text(const Rule& rule) {
   }
   lines.push_back({rule.noise, "noise", {rule.noise_count, trials}});
   std::string head = rule.action.text() + ":";
-  if (!rule.context.empty()) head += " " + list(rule.context);
+  if (!rule.context.empty()) head.append(" ").append(list(rule.context));
   return head + "\n" + layout(lines);
 }
 
