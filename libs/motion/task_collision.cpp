@@ -31,7 +31,7 @@ class Collision final : public TaskVariable {
     if (J) J->setZero();
     for_each_near_pair(at, [&](const robot::LinkShape& link, const SceneBody&, const robot::Distance& d) {
       phi[0] += 1 - d.distance / margin_;
-      if (J) robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.normal / margin_, J->row(0));
+      if (J) robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.gradient / margin_, J->row(0));
     });
   }
 

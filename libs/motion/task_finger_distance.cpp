@@ -25,7 +25,7 @@ class FingerDistance final : public TaskVariable {
       const auto d = robot::distance(link.shape, robot_.pose(at.kinematics, link), target_.shape, target_.X_WB);
       phi[i] = std::max(0.0, 1 - d.distance / margin_);
       if (J && phi[i] > 0) {
-        robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.normal / margin_, J->row(i));
+        robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.gradient / margin_, J->row(i));
       }
     }
   }

@@ -116,7 +116,7 @@ bool separated(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_W
     if (nearest.norm() < 1e-10 || simplex.size == 4) return false;
   }
   result.distance = nearest.norm();
-  result.normal = nearest / result.distance;
+  result.normal = result.gradient = nearest / result.distance;
   result.point_a.setZero();
   result.point_b.setZero();
   for (int i = 0; i < simplex.size; ++i) {
@@ -141,7 +141,7 @@ Distance overlap(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X
         // One contact point shared by both: the overlap's two faces lie at ± half the depth around it.
         const Vector3d middle = 0.5 * (on_a + on_b);
         const double height = n.dot(middle);
-        best = {distance, middle + (n.dot(on_a) - height) * n, middle + (n.dot(on_b) - height) * n, n};
+        best = {distance, middle + (n.dot(on_a) - height) * n, middle + (n.dot(on_b) - height) * n, n, n};
       }
     }
   };

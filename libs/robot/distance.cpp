@@ -71,6 +71,7 @@ Distance round_to_round(const Segment& a, const Segment& b) {
   Distance result;
   result.normal = direction(on_a - on_b, across.normalized());
   result.distance = (on_a - on_b).norm() - a.radius - b.radius;
+  result.gradient = result.normal;
   result.point_a = on_a - a.radius * result.normal;
   result.point_b = on_b + b.radius * result.normal;
   return result;
@@ -107,40 +108,53 @@ double signed_distance_cylinder(double radius, double half, const Vector3d& p, V
   return length;
 }
 
-/// The axis parameter in [0, 1] where the convex function sd(a + s d) is least: the root of its increasing derivative
-/// n(s)·d.
-double deepest_on_segment(const Shape& solid, const Vector3d& a, const Vector3d& d) {
+/// Where the convex function sd(a + s d) is least on [0, 1], and its gradient under displacements there.
+struct Deepest {
+  double s = 0;
+  Vector3d gradient;
+};
+
+/// The root of the increasing slope n(s)·d. Where the slope jumps over zero (an axis inside a solid, equally near to
+/// two of its faces), the gradient of the minimum is the mean of both normals that has no slope along the axis.
+Deepest deepest_on_segment(const Shape& solid, const Vector3d& a, const Vector3d& d) {
   Vector3d normal;
   const auto slope = [&](double s) {
     signed_distance(solid, a + s * d, normal);
     return normal.dot(d);
   };
   double lo = 0, hi = 1, f_lo = slope(lo);
-  if (f_lo >= 0) return lo;
+  if (f_lo >= 0) return {lo, normal};
+  Vector3d n_lo = normal;
   double f_hi = slope(hi);
-  if (f_hi <= 0) return hi;
+  if (f_hi <= 0) return {hi, normal};
+  Vector3d n_hi = normal;
   for (int i = 0; i < 80 && hi - lo > 1e-10; ++i) {
-    // False position with bisection every other step: the slope jumps where the nearest feature changes.
+    // False position with bisection every other step.
     double s = i % 2 ? 0.5 * (lo + hi) : lo - f_lo * (hi - lo) / (f_hi - f_lo);
     s = std::clamp(s, lo + 1e-3 * (hi - lo), hi - 1e-3 * (hi - lo));
     const double f = slope(s);
-    if (f == 0) return s;
+    if (f == 0) return {s, normal};
     (f < 0 ? lo : hi) = s;
     (f < 0 ? f_lo : f_hi) = f;
+    (f < 0 ? n_lo : n_hi) = normal;
   }
-  return 0.5 * (lo + hi);
+  return {0.5 * (lo + hi), (f_hi * n_lo - f_lo * n_hi) / (f_hi - f_lo)};
 }
 
 Distance round_to_solid(const Segment& a, const Shape& solid, const Pose& X_WB) {
   const Eigen::Matrix3d R_BW = X_WB.linear().transpose();
   const Vector3d start = R_BW * (a.a - X_WB.translation()), d = R_BW * a.d;
-  const double s = d.squaredNorm() > kTiny * kTiny ? deepest_on_segment(solid, start, d) : 0.0;
-  const Vector3d p = start + s * d;
+  Deepest deepest;
+  const bool is_point = d.squaredNorm() <= kTiny * kTiny;
+  if (!is_point) deepest = deepest_on_segment(solid, start, d);
+  const Vector3d p = start + deepest.s * d;
   Vector3d normal;
   const double axis_distance = signed_distance(solid, p, normal);
+  if (is_point) deepest.gradient = normal;
   Distance result;
   result.distance = axis_distance - a.radius;
-  result.normal = X_WB.linear() * normal;
+  result.gradient = X_WB.linear() * deepest.gradient;
+  result.normal = direction(result.gradient, X_WB.linear() * normal);
   const Vector3d p_W = X_WB * p;
   result.point_a = p_W - a.radius * result.normal;
   result.point_b = p_W - axis_distance * result.normal;
@@ -150,6 +164,7 @@ Distance round_to_solid(const Segment& a, const Shape& solid, const Pose& X_WB) 
 Distance swapped(Distance d) {
   std::swap(d.point_a, d.point_b);
   d.normal = -d.normal;
+  d.gradient = -d.gradient;
   return d;
 }
 

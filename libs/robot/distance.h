@@ -17,7 +17,10 @@ struct Distance {
   double distance = 0;               ///< m, signed; negative: penetration
   Eigen::Vector3d point_a{0, 0, 0};  ///< on A's surface, in W
   Eigen::Vector3d point_b{0, 0, 0};  ///< on B's surface, in W
-  Eigen::Vector3d normal{0, 0, 1};   ///< unit, from B towards A: ∂distance/∂(A's displacement)
+  Eigen::Vector3d normal{0, 0, 1};   ///< unit, from B towards A
+  /// ∂distance/∂(A's displacement at point_a): the normal, but for an axis inside a solid and equally near to two of
+  /// its faces.
+  Eigen::Vector3d gradient{0, 0, 1};
 };
 
 /// Between shape a at X_WA and shape b at X_WB. Finite for all finite inputs, also when shapes coincide.

@@ -1,0 +1,329 @@
+// The solver on problems with known answers, free of any robot.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "core/random.h"
+#include "motion/banded.h"
+#include "motion/trajectory_problem.h"
+
+namespace primo::motion {
+namespace {
+
+/// Φ_t(q) = J_t q − y_t, scaled: everything is known about it.
+class LinearStages final : public StageCosts {
+ public:
+  std::vector<Eigen::MatrixXd> J;  // by t − 1
+  std::vector<Eigen::VectorXd> y;
+  double scale = 1;
+  double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) override {
+    const Eigen::VectorXd phi = J[t - 1] * q - y[t - 1];
+    if (R) *R = scale * J[t - 1].transpose() * J[t - 1];
+    if (r) *r = scale * J[t - 1].transpose() * phi;
+    return scale * phi.squaredNorm();
+  }
+};
+
+/// (sin q₁ + q₂² − y)² and the like: smooth, curved, with minima along valleys.
+class CurvedStages final : public StageCosts {
+ public:
+  double scale = 1;
+  double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) override {
+    const Eigen::Vector2d phi(3 * (std::sin(q[0]) + q[1] * q[1] - 0.1 * t), q[0] * q[1] - 0.5);
+    Eigen::Matrix2d J;
+    J << 3 * std::cos(q[0]), 6 * q[1], q[1], q[0];
+    if (R) *R = scale * J.transpose() * J;
+    if (r) *r = scale * J.transpose() * phi;
+    return scale * phi.squaredNorm();
+  }
+};
+
+TrajectoryProblem make_problem(int n, int T, std::uint64_t seed) {
+  Random random(seed, "solver_test");
+  TrajectoryProblem problem;
+  problem.steps = T;
+  problem.dt = 0.1;
+  problem.H.resize(n);
+  problem.q_start.resize(n);
+  problem.v_start.resize(n);
+  for (int i = 0; i < n; ++i) {
+    problem.H[i] = random.uniform(0.01, 0.3);
+    problem.q_start[i] = random.normal();
+    problem.v_start[i] = random.normal();
+  }
+  return problem;
+}
+
+/// Random linear tasks with precisions over `decades` decades.
+LinearStages make_linear(int n, int T, double decades, std::uint64_t seed) {
+  Random random(seed, "solver_test linear");
+  LinearStages stages;
+  for (int t = 0; t < T; ++t) {
+    Eigen::MatrixXd J(3, n);
+    Eigen::VectorXd y(3);
+    for (int row = 0; row < 3; ++row) {
+      const double root = std::pow(10, 0.5 * random.uniform(-decades / 2, decades / 2));
+      for (int i = 0; i < n; ++i) J(row, i) = root * random.normal();
+      y[row] = root * random.normal();
+    }
+    stages.J.push_back(J);
+    stages.y.push_back(y);
+  }
+  return stages;
+}
+
+/// The exact minimum of a linear problem as one dense least-squares problem, in long double.
+Eigen::MatrixXd dense_solution(const TrajectoryProblem& problem, const LinearStages& stages) {
+  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+  const int n = problem.joints(), T = problem.steps;
+  const long double tau = problem.dt;
+  Matrix A = Matrix::Zero(n * T + 3 * T, n * T);
+  Vector b = Vector::Zero(n * T + 3 * T);
+  for (int t = 0; t < T; ++t) {
+    for (int i = 0; i < n; ++i) {
+      const int row = t * n + i;
+      const long double root = std::sqrt(static_cast<long double>(problem.H[i])) / (tau * tau);
+      const long double q0 = problem.q_start[i], q_before = q0 - tau * problem.v_start[i];
+      A(row, t * n + i) = root;
+      if (t == 0) b[row] = root * (2 * q0 - q_before);
+      if (t >= 1) A(row, (t - 1) * n + i) = -2 * root;
+      if (t == 1) b[row] = -root * q0;
+      if (t >= 2) A(row, (t - 2) * n + i) = root;
+    }
+    A.block(n * T + 3 * t, t * n, 3, n) = stages.J[t].cast<long double>();
+    b.segment(n * T + 3 * t, 3) = stages.y[t].cast<long double>();
+  }
+  const Vector x = A.householderQr().solve(b);
+  return Eigen::Map<const Matrix>(x.data(), n, T).cast<double>();
+}
+
+SolverOptions exact() {
+  SolverOptions options;
+  options.step_tolerance = 1e-10;
+  options.cost_tolerance = 0;
+  options.lambda_initial = 0;
+  return options;
+}
+
+TEST(BandMatrix, SolvesAsADenseFactorisationDoes) {
+  for (const int size : {1, 5, 40}) {
+    for (const int wanted : {0, 1, 7}) {
+      const int width = std::min(wanted, size - 1);
+      Random random(1, "band", {static_cast<std::uint64_t>(size), static_cast<std::uint64_t>(width)});
+      BandMatrix band(size, width);
+      Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size, size);
+      for (int j = 0; j < size; ++j) {
+        for (int i = j; i <= std::min(size - 1, j + width); ++i) {
+          band.at(i, j) = dense(i, j) = dense(j, i) = i == j ? 10 : random.uniform(-0.5, 0.5);
+        }
+      }
+      const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(size, -1, 2);
+      Eigen::VectorXd x = b;
+      ASSERT_TRUE(band.factorise());
+      band.solve(x);
+      EXPECT_LT((dense * x - b).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(BandMatrix, RefusesWhatIsNotPositiveDefinite) {
+  for (const double bad : {0.0, -1.0, double(NAN), double(INFINITY), 0.5}) {
+    BandMatrix band(2, 1);
+    band.at(0, 0) = bad == 0.5 ? 1 : bad;
+    band.at(1, 0) = 2;
+    band.at(1, 1) = 1;
+    EXPECT_FALSE(band.factorise()) << bad;
+  }
+}
+
+TEST(GaussNewton, SolvesLinearTasksInOneStepAsADenseSolverDoes) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto problem = make_problem(4, 12, seed);
+    auto stages = make_linear(4, 12, 6, seed);
+    auto options = exact();
+    options.max_iterations = 1;
+    const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, 12), options);
+    EXPECT_EQ(solution.iterations, 1);
+    EXPECT_LT((solution.q - dense_solution(problem, stages)).cwiseAbs().maxCoeff(), 1e-8) << seed;
+  }
+}
+
+TEST(GaussNewton, IsAccurateWithPrecisionsOverTwelveDecades) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto problem = make_problem(4, 12, seed);
+    auto stages = make_linear(4, 12, 12, seed);
+    const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, 12), exact());
+    EXPECT_LT((solution.q - dense_solution(problem, stages)).cwiseAbs().maxCoeff(), 1e-6) << seed;
+  }
+}
+
+/// The textbook recursion for x⁺ = A x + B u with cost ρ q² a step and h u² a control.
+Eigen::RowVector2d point_mass_gains(double tau, double h, double rho, int T, std::vector<Eigen::RowVector2d>& K) {
+  Eigen::Matrix2d A, Q = Eigen::Matrix2d::Zero();
+  A << 1, tau, 0, 1;
+  const Eigen::Vector2d B(tau * tau, tau);
+  Q(0, 0) = rho;
+  Eigen::Matrix2d P = Q;
+  K.assign(T, {});
+  for (int t = T - 1; t >= 0; --t) {
+    K[t] = -(B.transpose() * P * A) / (h + B.dot(P * B));
+    P = Q + A.transpose() * P * (A + B * K[t]);
+  }
+  return K[0];
+}
+
+LinearStages point_mass_stages(int T, double rho) {
+  LinearStages stages;
+  stages.J.assign(T, Eigen::MatrixXd::Constant(1, 1, std::sqrt(rho)));
+  stages.y.assign(T, Eigen::VectorXd::Zero(1));
+  return stages;
+}
+
+TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
+  const int T = 50;
+  const double rho = 1e2;
+  TrajectoryProblem problem{T, 0.05, Eigen::VectorXd::Constant(1, 0.05), Eigen::VectorXd::Ones(1),
+                            Eigen::VectorXd::Ones(1)};
+  auto stages = point_mass_stages(T, rho);
+  const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, T), exact());
+  std::vector<Eigen::RowVector2d> K;
+  point_mass_gains(problem.dt, problem.H[0], rho, T, K);
+  const auto gains = riccati_gains(problem, solution.q, solution.R);
+  Eigen::Vector2d x(1, 1);
+  for (int t = 0; t < T; ++t) {
+    EXPECT_LT((gains.K[t] - K[t]).norm(), 1e-8 * K[t].norm() + 1e-10) << t;
+    const double u = K[t] * x;
+    EXPECT_NEAR(gains.k[t][0], u, 1e-7);
+    x[1] += problem.dt * u;
+    x[0] += problem.dt * x[1];
+    EXPECT_NEAR(solution.q(0, t), x[0], 1e-9) << t;
+  }
+}
+
+TEST(RiccatiGains, OfALongHorizonSolveTheDiscreteAlgebraicRiccatiEquation) {
+  const int T = 2000;
+  const double tau = 0.05, h = 0.05, rho = 1e2;
+  TrajectoryProblem problem{T, tau, Eigen::VectorXd::Constant(1, h), Eigen::VectorXd::Ones(1),
+                            Eigen::VectorXd::Zero(1)};
+  const std::vector<Eigen::MatrixXd> R(T, Eigen::MatrixXd::Constant(1, 1, rho));
+  const auto gains = riccati_gains(problem, Eigen::MatrixXd::Ones(1, T), R);
+  // The stationary P by the structure-preserving doubling algorithm.
+  Eigen::Matrix2d A, I = Eigen::Matrix2d::Identity(), P = Eigen::Matrix2d::Zero();
+  A << 1, tau, 0, 1;
+  P(0, 0) = rho;
+  const Eigen::Vector2d B(tau * tau, tau);
+  Eigen::Matrix2d Ak = A, G = B * B.transpose() / h;
+  for (int k = 0; k < 40; ++k) {
+    const Eigen::Matrix2d W = (I + G * P).inverse();
+    const Eigen::Matrix2d next = P + Ak.transpose() * P * W * Ak;
+    G += Ak * W * G * Ak.transpose();
+    Ak = Ak * W * Ak;
+    P = next;
+  }
+  const Eigen::RowVector2d K = -(B.transpose() * P * A) / (h + B.dot(P * B));
+  EXPECT_LT((gains.K[0] - K).norm(), 1e-9 * K.norm());
+}
+
+TEST(RiccatiGains, AreTheSlopesOfTheFirstControl) {
+  const int n = 3, T = 10;
+  auto problem = make_problem(n, T, 4);
+  auto stages = make_linear(n, T, 4, 4);
+  const auto solve = [&](const TrajectoryProblem& changed) {
+    const auto solution = gauss_newton(changed, stages, changed.q_start.replicate(1, T), exact());
+    return Eigen::VectorXd(controls(changed, solution.q).col(0));
+  };
+  const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, T), exact());
+  const auto gains = riccati_gains(problem, solution.q, solution.R);
+  EXPECT_LT((gains.k[0] - solve(problem)).norm(), 1e-9);
+  for (int i = 0; i < 2 * n; ++i) {
+    auto ahead = problem, behind = problem;
+    (i < n ? ahead.q_start[i] : ahead.v_start[i - n]) += 1e-3;
+    (i < n ? behind.q_start[i] : behind.v_start[i - n]) -= 1e-3;
+    const Eigen::VectorXd slope = (solve(ahead) - solve(behind)) / 2e-3;
+    EXPECT_LT((gains.K[0].col(i) - slope).norm(), 1e-6 * (1 + slope.norm())) << i;
+  }
+}
+
+TEST(GaussNewton, RestToRestTendsToTheCubicAsStepsShrink) {
+  double before = 1;
+  for (const int T : {20, 40, 80, 160}) {
+    TrajectoryProblem problem{T, 1.0 / T, Eigen::VectorXd::Constant(1, 1.0 / T), Eigen::VectorXd::Zero(1),
+                              Eigen::VectorXd::Zero(1)};
+    LinearStages stages;
+    stages.J.assign(T, Eigen::MatrixXd::Zero(1, 1));
+    stages.y.assign(T, Eigen::VectorXd::Zero(1));
+    for (const int t : {T - 2, T - 1}) {  // both at the goal: at rest there
+      stages.J[t](0, 0) = 1e5;
+      stages.y[t][0] = 1e5;
+    }
+    const auto solution = gauss_newton(problem, stages, Eigen::MatrixXd::Zero(1, T), exact());
+    double error = 0;
+    for (int t = 1; t <= T; ++t) {
+      const double x = static_cast<double>(t) / T;
+      error = std::max(error, std::abs(solution.q(0, t - 1) - x * x * (3 - 2 * x)));
+    }
+    EXPECT_LT(error, 0.62 * before) << T;  // first order in τ
+    before = error;
+  }
+  EXPECT_LT(before, 0.02);
+}
+
+TEST(GaussNewton, NeverRaisesTheCost) {
+  auto problem = make_problem(2, 20, 9);
+  CurvedStages stages;
+  double before = INFINITY;
+  for (int limit = 1; limit < 40; ++limit) {
+    SolverOptions options;
+    options.max_iterations = limit;
+    const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, 20), options);
+    EXPECT_LE(solution.cost, before) << limit;
+    EXPECT_LE(solution.cost, solution.cost_initial);
+    before = solution.cost;
+  }
+}
+
+TEST(GaussNewton, StopsAtOnceWhenStartedAtASolution) {
+  auto problem = make_problem(2, 20, 9);
+  CurvedStages stages;
+  SolverOptions fine;
+  fine.step_tolerance = 1e-9;
+  fine.cost_tolerance = 1e-14;
+  fine.max_iterations = 500;
+  const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, 20), fine);
+  EXPECT_LT(solution.gradient_norm, 1e-5);
+  const auto again = gauss_newton(problem, stages, solution.q, {});
+  EXPECT_LE(again.iterations + again.rejected, 1);
+  EXPECT_LT((again.q - solution.q).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_TRUE(again.status == PlanStatus::converged_step || again.status == PlanStatus::converged_cost);
+}
+
+TEST(GaussNewton, ScalingEveryCostLeavesThePathUnchanged) {
+  const auto problem = make_problem(2, 20, 11);
+  CurvedStages stages;
+  const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, 20), {});
+  for (const double c : {1.0 / 1024, 4096.0}) {
+    auto scaled = problem;
+    scaled.H *= c;
+    CurvedStages scaled_stages;
+    scaled_stages.scale = c;
+    const auto other = gauss_newton(scaled, scaled_stages, problem.q_start.replicate(1, 20), {});
+    EXPECT_LT((other.q - solution.q).cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_NEAR(other.cost, c * solution.cost, 1e-9 * c * solution.cost);
+    EXPECT_EQ(other.iterations, solution.iterations);
+  }
+}
+
+TEST(GaussNewton, SaysWhenTheStartHasNoFiniteCost) {
+  const auto problem = make_problem(2, 5, 1);
+  CurvedStages stages;
+  Eigen::MatrixXd q = problem.q_start.replicate(1, 5);
+  q(1, 2) = NAN;
+  EXPECT_EQ(gauss_newton(problem, stages, q, {}).status, PlanStatus::bad_input);
+  q(1, 2) = 1e200;
+  EXPECT_EQ(gauss_newton(problem, stages, q, {}).status, PlanStatus::bad_input);
+}
+
+}  // namespace
+}  // namespace primo::motion
