@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "bus/latched.h"
+#include "scene/perception.h"
 #include "study/rollout.h"
 #include "wire/wire.h"
 
@@ -23,6 +24,15 @@ Result<std::unique_ptr<Client>> make_client(const bus::Participant& participant,
   PRIMO_ASSIGN(auto client, Client::create(participant, watcher, topics, mailbox, settings));
   client.on_waiting(waiting.waiting_for);
   return std::make_unique<Client>(std::move(client));
+}
+
+/// What the action is about must have been seen.
+Status require_arguments(const scene::Scenario& scenario, const scene::SceneEstimate& estimate) {
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i < scenario.action.size(); ++i) {
+    if (scenario.object(scenario.action[i]) != nullptr) names.push_back(scenario.action[i]);
+  }
+  return scene::require_objects(estimate, names);
 }
 
 /// Enough that no worker runs dry while its next job is being prepared.
@@ -56,6 +66,7 @@ void DdsEvaluator::plan(const study::Rollout& rollout, const Finished& finished,
   job.request(wire::to_wire(study::plan_request(rollout)));
   const auto submitted =
       planner_->submit(std::move(job), [this, &rollout, finished, deliver](Result<msg::PlanReply> reply) {
+        if (!finished.active()) return;
         if (!reply.ok()) return finished(reply.error().at("planning " + rollout.scenario.name));
         const auto plan = wire::from_wire(reply->plan());
         if (!plan.ok()) return finished(plan.error().at("the plan from " + reply->reply().worker()));
@@ -76,6 +87,7 @@ void DdsEvaluator::judge(const study::Rollout& rollout, const motion::Plan& plan
   head.gains = {};
   const auto submitted = judge_->submit(
       std::move(job), [&rollout, head = std::move(head), finished, deliver](Result<msg::JudgeReply> reply) {
+        if (!finished.active()) return;
         if (!reply.ok()) return finished(reply.error().at("judging " + rollout.scenario.name));
         auto verdict = wire::from_wire(reply->verdict());
         if (!verdict.ok()) return finished(verdict.error().at("the verdict from " + reply->reply().worker()));
@@ -107,15 +119,20 @@ Result<std::vector<scene::SceneEstimate>> DdsWorkers::observe(std::span<const sc
     msg::CameraJob look;
     look.scenario(wire::to_wire(scenarios[index]));
     const auto seen = [this, &scenarios, &estimates, index, finished](Result<msg::CameraReply> clouds) {
+      if (!finished.active()) return;
       const std::string place = "observing " + scenarios[index].name;
       if (!clouds.ok()) return finished(clouds.error().at(place));
       msg::PerceptionJob job;
       job.scenario(wire::to_wire(scenarios[index]));
       job.clouds(std::move(clouds->clouds()));
-      const auto perceived = [&estimates, index, finished, place](Result<msg::PerceptionReply> reply) {
+      const auto perceived = [&scenarios, &estimates, index, finished, place](Result<msg::PerceptionReply> reply) {
+        if (!finished.active()) return;
         if (!reply.ok()) return finished(reply.error().at(place));
         auto estimate = wire::from_wire(reply->estimate());
         if (!estimate.ok()) return finished(estimate.error().at("the scene from " + reply->reply().worker()));
+        if (const auto found = require_arguments(scenarios[index], *estimate); !found.ok()) {
+          return finished(found.error().at(place));
+        }
         estimates[index] = std::move(estimate).value();
         finished(success());
       };

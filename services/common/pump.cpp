@@ -1,6 +1,6 @@
 #include "common/pump.h"
 
-#include <memory>
+#include <chrono>
 
 namespace primo::graph {
 namespace {
@@ -9,15 +9,28 @@ constexpr std::chrono::milliseconds kTick{50};  // how soon a stop is noticed
 Error stopped() { return {Code::unavailable, "told to stop before the work was done"}; }
 }  // namespace
 
+struct PumpState {
+  bool active = true;
+  std::size_t under_way = 0, done = 0;
+  Status status = success();
+};
+
+Finished::Finished(std::shared_ptr<PumpState> state)
+    : state_(std::move(state)), reported_(std::make_shared<bool>(false)) {}
+
+void Finished::operator()(const Status& status) const {
+  if (!active() || *reported_) return;
+  *reported_ = true;
+  --state_->under_way;
+  ++state_->done;
+  if (!status.ok() && state_->status.ok()) state_->status = status;
+}
+
+bool Finished::active() const { return state_->active; }
+
 Status pump(bus::Mailbox& mailbox, const Waiting& waiting, std::size_t n, const std::function<std::size_t()>& window,
             const std::function<void(std::size_t, Finished)>& start, const std::function<void()>& cancel) {
-  // Shared with the completions, which may outlive this call in the mailbox.
-  struct State {
-    bool active = true;
-    std::size_t under_way = 0, done = 0;
-    Status status = success();
-  };
-  const auto state = std::make_shared<State>();
+  const auto state = std::make_shared<PumpState>();
   const auto give_up = [&](const Error& error) -> Status {
     state->active = false;
     cancel();
@@ -27,13 +40,7 @@ Status pump(bus::Mailbox& mailbox, const Waiting& waiting, std::size_t n, const 
     while (next < n && state->status.ok() && state->under_way < window()) {
       ++state->under_way;
       const std::size_t index = next++;
-      start(index, [state, reported = std::make_shared<bool>(false)](const Status& status) {
-        if (!state->active || *reported) return;
-        *reported = true;
-        --state->under_way;
-        ++state->done;
-        if (!status.ok() && state->status.ok()) state->status = status;
-      });
+      start(index, Finished(state));
     }
     if (!state->status.ok()) return give_up(state->status.error());
     if (waiting.stopping()) return give_up(stopped());

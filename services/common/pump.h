@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "bus/mailbox.h"
 #include "core/result.h"
@@ -14,8 +15,20 @@ struct Waiting {
   std::function<void(const std::string&)> waiting_for;
 };
 
-/// Reports the end of job i; further calls of the same are ignored, and all calls once the pump has returned.
-using Finished = std::function<void(Status status)>;
+struct PumpState;
+
+/// Reports the end of one job. Further calls are ignored, and all calls once the pump has returned.
+class Finished {
+ public:
+  explicit Finished(std::shared_ptr<PumpState> state);
+  void operator()(const Status& status) const;
+  /// Whether the pump still runs. A completion that comes later must touch nothing that belongs to its caller.
+  bool active() const;
+
+ private:
+  std::shared_ptr<PumpState> state_;
+  std::shared_ptr<bool> reported_;
+};
 
 /// Starts jobs 0 … n−1 in order, at most `window()` under way, and runs the mailbox on the calling thread until all
 /// have finished. The first error ends it: `cancel` is called and the error returned. So does stopping(), with

@@ -83,7 +83,7 @@ class Conductor {
 
   /// Works on assignments until told to end.
   Status serve(const fs::path& run) {
-    context_.waiting_for("");
+    context_.status().set_state(bus::State::idle);
     for (std::string ended; !context_.stopping(); context_.wait(std::chrono::milliseconds(200))) {
       const auto assignment = graph::read_assignment(run);
       if (!assignment.ok()) {

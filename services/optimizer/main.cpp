@@ -86,7 +86,7 @@ Status run(const OptimizerConfig& config, service::Context& context) {
                                [&](const std::string& text) { context.waiting_for(text); }};
   PRIMO_ASSIGN(auto evaluator, graph::DdsEvaluator::create(context.participant(), context.watcher(), waiting, client));
 
-  context.waiting_for("");
+  context.status().set_state(bus::State::idle);
   for (std::uint64_t change = 0; !context.stopping();) {
     const auto taken = desk.take(change, std::chrono::milliseconds(200));
     if (!taken) continue;

@@ -95,7 +95,7 @@ Status run(const RuleLearnerConfig& config, service::Context& context) {
                bus::Subscription<topics::msg::Experience>::create(
                    context.participant(), topics::kExperience,
                    [&](topics::msg::Experience&& experience) { inbox.put(std::move(experience)); }));
-  context.waiting_for("");
+  context.status().set_state(bus::State::idle);
   std::map<std::string, Batch> batches;
   std::list<std::string> touched, order;  // since the last learning; all, the longest quiet first
   while (!context.stopping()) {
