@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <map>
 #include <utility>
 
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/random.h"
+#include "rules/learner.h"
 #include "rules/prediction.h"
 #include "scene/generator.h"
 #include "study/codec.h"
@@ -36,22 +36,6 @@ struct Tries {
   std::vector<Rollout> rollouts;
   std::vector<RolloutResult> results;
 };
-
-/// The literals with the rule's variables renamed: its action's arguments to X, Y, …, deictic ones to what follows.
-std::vector<Literal> canonical(const std::vector<Literal>& literals, const Literal& action) {
-  std::map<std::string, std::string> names;
-  const auto name_of = [&](const std::string& term) {
-    return names.emplace(term, argument_variable(names.size())).first->second;
-  };
-  for (const auto& term : action.arguments) name_of(term);
-  std::vector<Literal> renamed = literals;
-  for (auto& literal : renamed) {
-    for (auto& term : literal.arguments) {
-      if (!term.empty() && term[0] >= 'A' && term[0] <= 'Z') term = name_of(term);
-    }
-  }
-  return renamed;
-}
 
 class Loop {
  public:
@@ -289,6 +273,9 @@ Result<Collection> Loop::collect(const motion::Primitive& primitive, std::vector
   PRIMO_TRY(stage(round_, "learn", [&]() -> Status {
     PRIMO_ASSIGN(const auto seen, experiences(collections_, displaced));
     PRIMO_ASSIGN(collection.rules, learn(collections_, seen));
+    if (const auto* rule = rule_of(collection.rules, study_.primitive.action)) {
+      collection.untested_context = rules::untested_context(*rule, seen);
+    }
     return success();
   }));
   if (desired.empty()) {

@@ -44,7 +44,8 @@ Json to_json(const Collection& collection) {
           {"displaced", to_json(collection.displaced)},
           {"executed", json::rate(collection.executed)},
           {"executed_of_strict", json::rate(collection.executed_of_strict)},
-          {"rules", Json::parse(rules::to_json(collection.rules))}};
+          {"rules", Json::parse(rules::to_json(collection.rules))},
+          {"untested_context", json::literals(collection.untested_context)}};
 }
 
 Collection collection_from(const Json& at) {
@@ -61,6 +62,7 @@ Collection collection_from(const Json& at) {
   auto rules = rules::rules_from_json(symbols::dump(json::field(at, "rules")));
   if (!rules) throw json::Malformed{"rules: " + rules.error().message};
   collection.rules = std::move(*rules);
+  json::get(at, "untested_context", collection.untested_context);
   return collection;
 }
 
@@ -68,12 +70,12 @@ Collection collection_from(const Json& at) {
 std::string structure(const rules::Rule& rule) {
   std::string text = rule.action.text() + ":";
   std::set<symbols::Literal> context(rule.context.begin(), rule.context.end());
-  for (const auto& literal : context) text += " " + literal.text();
+  for (const auto& literal : context) text.append(" ").append(literal.text());
   std::set<std::string> outcomes;
   for (const auto& outcome : rule.outcomes) {
     std::string one = " |";
     for (const auto& literal : std::set<symbols::Literal>(outcome.literals.begin(), outcome.literals.end()))
-      one += " " + literal.text();
+      one.append(" ").append(literal.text());
     outcomes.insert(one);
   }
   for (const auto& outcome : outcomes) text += outcome;
@@ -137,16 +139,10 @@ Result<StudyResult> read_result(const std::filesystem::path& directory) {
   return result;
 }
 
-std::int64_t covered(const rules::Rule& rule) {
-  std::int64_t count = rule.noise_count;
-  for (const auto& outcome : rule.outcomes) count += outcome.count;
-  return count;
-}
-
 const rules::Rule* rule_of(const rules::RuleSet& rules, const std::string& action) {
   const rules::Rule* found = nullptr;
   for (const auto& rule : rules.rules) {
-    if (rule.action.predicate == action && (found == nullptr || covered(rule) > covered(*found))) found = &rule;
+    if (rule.action.predicate == action && (found == nullptr || rule.trials() > found->trials())) found = &rule;
   }
   return found;
 }
@@ -163,7 +159,7 @@ bool rules_changed(const rules::RuleSet& before, const rules::RuleSet& after) {
       const auto same =
           std::find_if(other->second->outcomes.begin(), other->second->outcomes.end(),
                        [&](const rules::RuleOutcome& o) { return as_set(o.literals) == as_set(outcome.literals); });
-      if (probability_changed({outcome.count, covered(*rule)}, {same->count, covered(*other->second)})) return true;
+      if (probability_changed({outcome.count, rule->trials()}, {same->count, other->second->trials()})) return true;
     }
   }
   return false;

@@ -27,6 +27,9 @@ struct Collection {
   Rate executed;            ///< whole motions in full physics, on the first displaced scenarios
   Rate executed_of_strict;  ///< the same, of the plans that the strict verdict had accepted
   rules::RuleSet rules;     ///< learned from the displaced scenarios
+  /// What held in every experience that the action's rule covers without being in its context: the data do not say
+  /// whether it matters.
+  std::vector<symbols::Literal> untested_context;
 };
 
 struct Optimization {
@@ -57,6 +60,13 @@ const rules::Rule* rule_of(const rules::RuleSet& rules, const std::string& actio
 /// Whether the rules differ: another structure (contexts, outcomes), or a probability outside the other's 95 %
 /// interval.
 bool rules_changed(const rules::RuleSet& before, const rules::RuleSet& after);
+
+/// A rule in the form of the paper's tables: the outcome that holds all of `desired` (over X, Y, …) against noise.
+/// Where none does, the most probable outcome that changes anything.
+rules::Rule desired_rule(const rules::Rule& rule, const std::vector<symbols::Literal>& desired);
+
+/// The literals of a rule with its variables renamed: the action's arguments to X, Y, …, deictic ones to what follows.
+std::vector<symbols::Literal> canonical(const std::vector<symbols::Literal>& literals, const symbols::Literal& action);
 
 /// For a terminal: the action's rule before and after in the paper's notation, each outcome with its count and 95 %
 /// interval, the rates three ways, ρ before and after.

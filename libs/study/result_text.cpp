@@ -1,0 +1,110 @@
+// A study's result for people: rules, rates and precisions, before and after.
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "study/fitness.h"
+#include "study/result.h"
+
+namespace primo::study {
+namespace {
+
+using symbols::Literal;
+
+std::string joined(const std::vector<Literal>& literals) {
+  std::string text;
+  for (const auto& literal : literals) {
+    if (!text.empty()) text += ", ";
+    text += literal.text();
+  }
+  return text;
+}
+
+template <class... A>
+std::string print(const char* format, A... values) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, format, values...);
+  return buffer;
+}
+
+std::string rule_text(const StudyResult& result, const Collection& collection) {
+  const rules::Rule* rule = rule_of(collection.rules, result.action);
+  if (rule == nullptr) return "no rule of '" + result.action + "' was learned; only its default holds\n";
+  const auto& desired = result.optimizations.empty() ? std::vector<Literal>() : result.optimizations.front().desired;
+  std::string text = rules::to_text(desired_rule(*rule, desired));
+  if (!collection.untested_context.empty()) {
+    text += "  (held in every experience, so untested: " + joined(collection.untested_context) + ")\n";
+  }
+  return text;
+}
+
+std::string rates_text(const char* name, const Collection& collection) {
+  std::string text = std::string("  ") + name + "\n";
+  const auto line = [&](const char* what, const Rate& rate) {
+    if (rate.trials > 0) text += print("    %-34s", what) + rate.text() + "\n";
+  };
+  line("training scenes, strict", collection.training.strict);
+  line("displaced scenes, final pose", collection.displaced.final_pose);
+  line("displaced scenes, strict", collection.displaced.strict);
+  line("displaced scenes, executed", collection.executed);
+  line("executed, of those strictly accepted", collection.executed_of_strict);
+  return text;
+}
+
+std::string rho_text(const motion::Primitive& before, const motion::Primitive& after) {
+  const auto names = before.rho_names();
+  const auto old_values = before.log_rho(), new_values = after.log_rho();
+  std::string text = print("  %-24s%12s%12s\n", "log10 rho", "P", "P*");
+  for (std::size_t i = 0; i < names.size() && i < new_values.size(); ++i) {
+    text += print("  %-24s%12.2f%12.2f\n", names[i].c_str(), old_values[i], new_values[i]);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<Literal> canonical(const std::vector<Literal>& literals, const Literal& action) {
+  std::map<std::string, std::string> names;
+  const auto name_of = [&](const std::string& term) {
+    const auto at = names.find(term);
+    return at != names.end() ? at->second : names[term] = argument_variable(names.size());
+  };
+  for (const auto& term : action.arguments) name_of(term);
+  std::vector<Literal> renamed = literals;
+  for (auto& literal : renamed) {
+    for (auto& term : literal.arguments) {
+      if (!term.empty() && term[0] >= 'A' && term[0] <= 'Z') term = name_of(term);
+    }
+  }
+  return renamed;
+}
+
+rules::Rule desired_rule(const rules::Rule& rule, const std::vector<Literal>& desired) {
+  rules::Rule only = rule;
+  std::erase_if(only.outcomes, [&](const rules::RuleOutcome& outcome) {
+    const auto literals = canonical(outcome.literals, rule.action);
+    return !std::all_of(desired.begin(), desired.end(), [&](const Literal& literal) {
+      return std::find(literals.begin(), literals.end(), literal) != literals.end();
+    });
+  });
+  if (only.outcomes.empty()) return rules::project_to_desired(rule);
+  only.examples = rule.trials();  // what the other outcomes explained is noise now
+  return rules::project_to_desired(only);
+}
+
+std::string summary(const StudyResult& result) {
+  if (result.collections.empty()) return "the study has no result\n";
+  const Collection& before = result.collections.front();
+  const Collection& after = result.collections.back();
+  std::string text = "before, with the hand-tuned primitive P (";
+  text.append(before.primitive.name).append(")\n").append(rule_text(result, before));
+  text.append("\nafter, with the optimized primitive P* (").append(after.primitive.name).append(")\n");
+  text.append(rule_text(result, after))
+      .append("\nrates\n")
+      .append(rates_text("P", before))
+      .append(rates_text("P*", after));
+  text.append("\n").append(rho_text(before.primitive, after.primitive));
+  return text.append("\nthe loop ended: ").append(result.end).append("\n");
+}
+
+}  // namespace primo::study
