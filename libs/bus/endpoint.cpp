@@ -118,12 +118,16 @@ Status Writer::write(const void* sample) {
     return Error{Code::data, place + ": a sample of " + std::to_string(size) + " bytes, at most " +
                                  std::to_string(impl_->participant->max_bytes) + " pass (bus.max_sample_mib)"};
   }
+  dds::InstanceHandle_t key;
+  if (impl_->type->m_isGetKeyDefined && !impl_->type->getKey(data, &key)) {
+    return Error{Code::data,
+                 place + ": the sample's key (" + std::string(impl_->topic->key) + ") is longer than 255 bytes"};
+  }
   const ReturnCode_t code = impl_->writer->write(data, dds::HANDLE_NIL);
   if (code == ReturnCode_t::RETCODE_OK) return success();
   if (code == ReturnCode_t::RETCODE_BAD_PARAMETER || code == ReturnCode_t::RETCODE_ERROR ||
       code == ReturnCode_t::RETCODE_PRECONDITION_NOT_MET) {
-    return Error{Code::data,
-                 place + ": the sample cannot be serialised (its key is longer than 255 bytes, or its size changed)"};
+    return Error{Code::data, place + ": the sample cannot be serialised"};
   }
   return Error{Code::unavailable, place + ": no room for another sample within 2 s; at most " +
                                       std::to_string(impl_->topic->limit) +
