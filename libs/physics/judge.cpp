@@ -68,7 +68,8 @@ Status check_request(const robot::Robot& robot, const JudgeRequest& request) {
   PRIMO_TRY(check_settings(request.settings));
   const auto& scenario = request.scenario;
   if (scenario.objects.size() > kMostObjects) return malformed("more than 100 objects");
-  if (auto status = scenario.validate(); !status.ok()) return status.error().at("judge request");
+  // The scenario came with the request: what is wrong with it is the request's, not a configuration file's.
+  if (auto status = scenario.validate(); !status.ok()) return malformed(status.error().message);
   if (scenario.action.size() != 2 || scenario.action[0] != "grasp") {
     std::string text;
     for (const auto& word : scenario.action) text += (text.empty() ? "" : ", ") + word;

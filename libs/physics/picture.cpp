@@ -147,7 +147,7 @@ class Canvas {
 
   void draw_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     mjvGeom* geom = add(mjGEOM_CAPSULE, nullptr, nullptr, nullptr, kLine.data());
-    if (geom) mjv_makeConnector(geom, mjGEOM_CAPSULE, 0.005, a.x(), a.y(), a.z(), b.x(), b.y(), b.z());
+    if (geom) mjv_makeConnector(geom, mjGEOM_CAPSULE, 0.006, a.x(), a.y(), a.z(), b.x(), b.y(), b.z());
   }
 
   void draw_dot(const Eigen::Vector3d& p, double radius) {
@@ -211,9 +211,17 @@ View overview(const scene::Scenario& scenario) {
   // Robot at the origin, table in front of it: look from the table's far right at the middle between them.
   const Eigen::Vector3d table = scenario.table.top_centre;
   View view;
-  view.look_at = Eigen::Vector3d(0.62 * table.x(), 0.6 * table.y() + 0.05, table.z() + 0.06);
-  view.position = view.look_at + Eigen::Vector3d(1.35, -1.35, 0.85);
+  view.look_at = Eigen::Vector3d(0.55 * table.x(), 0.6 * table.y() + 0.08, table.z() + 0.17);
+  view.position = view.look_at + Eigen::Vector3d(1.55, -1.25, 0.85);
   view.fov_y = 0.72;
+  return view;
+}
+
+View table_view(const scene::Scenario& scenario) {
+  View view;
+  view.look_at = scenario.table.top_centre;
+  view.position = view.look_at + 1.35 * scenario.table.size.norm() * Eigen::Vector3d(0.62, -0.62, 0.55);
+  view.fov_y = 0.62;
   return view;
 }
 
@@ -241,7 +249,7 @@ Status render_png(const std::filesystem::path& path, const robot::Robot* robot, 
   if (!canvas.ok()) return canvas.error();
   if (robot) canvas->pose_robot(shown(*robot, scenario, q, options.close_hand));
   canvas->draw_all();
-  return canvas->write(path, options.view.value_or(overview(scenario)), options);
+  return canvas->write(path, options.view.value_or(robot ? overview(scenario) : table_view(scenario)), options);
 }
 
 Status render_motion_png(const std::filesystem::path& path, const robot::Robot& robot, const scene::Scenario& scenario,
@@ -253,9 +261,7 @@ Status render_motion_png(const std::filesystem::path& path, const robot::Robot& 
   const Eigen::Index last = q.rows() - 1;
   canvas->pose_robot(shown(robot, scenario, q.row(last).transpose(), options.picture.close_hand));
   canvas->draw_all();
-  for (int part = 0; part < 3 && last > 0; ++part) {
-    canvas->draw_ghost(q.row(last * part / 3).transpose(), 0.16F + 0.07F * static_cast<float>(part));
-  }
+  for (int part = 0; part < 2 && last > 0; ++part) canvas->draw_ghost(q.row(last * part / 2).transpose(), 0.3F);
   Eigen::Vector3d before(0, 0, 0);
   for (Eigen::Index t = 0; t <= last; ++t) {
     const Eigen::Vector3d p = robot.pose(robot.forward(q.row(t).transpose()), robot.grasp_frame()).translation();

@@ -20,12 +20,14 @@ struct View {
 
 /// The robot, the table and all objects.
 View overview(const scene::Scenario& scenario);
+/// The table and what stands on it.
+View table_view(const scene::Scenario& scenario);
 /// The hand at q and the action's object, from the side and above. @pre q has the robot's size.
 View close_up(const robot::Robot& robot, const scene::Scenario& scenario, const Eigen::VectorXd& q);
 
 struct PictureOptions {
   int width = 640, height = 480;  ///< pixels, 16 … 2048 each
-  std::optional<View> view;       ///< overview() when absent
+  std::optional<View> view;       ///< when absent: overview(), or table_view() without a robot
   bool close_hand = false;        ///< show the fingers closed on the action's object
 };
 
@@ -35,7 +37,7 @@ struct PictureOptions {
 Status render_png(const std::filesystem::path& path, const robot::Robot* robot, const scene::Scenario& scenario,
                   const Eigen::VectorXd& q, const PictureOptions& options = {});
 
-/// A motion q_0 … q_T (rows) in one picture: the robot at the end, its start and two poses on the way as ghosts, and
+/// A motion q_0 … q_T (rows) in one picture: the robot at the end, its start and its middle as ghosts, and
 /// the path of the grasp centre as a line, solid or dashed.
 struct MotionPictureOptions {
   PictureOptions picture;
