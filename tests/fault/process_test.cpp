@@ -1,0 +1,102 @@
+#include "process.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+
+namespace primo {
+namespace {
+
+struct File {
+  explicit File(const std::string& text) {
+    char name[] = "/tmp/primo_config_XXXXXX";
+    close(mkstemp(name));
+    path = name;
+    std::ofstream(path) << text;
+  }
+  ~File() { std::remove(path.c_str()); }
+  std::string path;
+};
+
+std::size_t lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+void expect_refusal(const std::vector<std::string>& arguments, int code, const std::vector<std::string>& said) {
+  Process process(arguments);
+  EXPECT_EQ(process.wait(), code);
+  const std::string output = process.output();
+  EXPECT_EQ(lines(output), 1u) << output;
+  for (const std::string& part : said) EXPECT_NE(output.find(part), std::string::npos) << output;
+}
+
+TEST(ServiceProcess, refuses_a_wrong_configuration_with_one_line_and_78) {
+  const File unknown("bais: 1\n"), bounds("bias: 5000\n"), broken("bias: [1\n"),
+      nested("service: {bus: {domain: 300}}\n");
+  expect_refusal({"--config", unknown.path}, 78, {unknown.path + ":1", "bais", "bias"});
+  expect_refusal({"--config", bounds.path}, 78, {bounds.path + ":1", "5000", "1000"});
+  expect_refusal({"--config", broken.path}, 78, {broken.path});
+  expect_refusal({"--config", nested.path}, 78, {"service.bus.domain", "232"});
+  expect_refusal({"--config", "/nonexistent/file.yaml"}, 78, {"/nonexistent/file.yaml"});
+  expect_refusal({"--set", "bias=x"}, 78, {"bias"});
+  expect_refusal({"--domain", "233"}, 78, {"--domain is 233", "0 to 232"});
+  expect_refusal({"--name", "a b"}, 78, {"a b"});
+}
+
+TEST(ServiceProcess, refuses_a_wrong_command_line_with_64) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--nonsense"}, {"--domain"}, {"--domain", "x"}, {"stray"}}) {
+    Process process(arguments);
+    EXPECT_EQ(process.wait(), 64) << process.output();
+  }
+}
+
+TEST(ServiceProcess, help_teaches_options_and_keys) {
+  Process process({"--help"});
+  EXPECT_EQ(process.wait(), 0);
+  const std::string output = process.output();
+  for (const char* part :
+       {"--config", "--set", "--domain", "--check-config", "bias", "service.bus.segment_mib", "service.lease_ms"}) {
+    EXPECT_NE(output.find(part), std::string::npos) << part;
+  }
+}
+
+TEST(ServiceProcess, prints_the_effective_configuration_which_it_reads_back) {
+  Process first({"--set", "bias=7", "--name", "planner9", "--print-config"});
+  ASSERT_EQ(first.wait(), 0);
+  const File file(first.output());
+  Process second({"--config", file.path, "--print-config"});
+  ASSERT_EQ(second.wait(), 0) << second.output();
+  EXPECT_EQ(second.output(), first.output());
+  EXPECT_NE(first.output().find("bias: 7"), std::string::npos);
+  EXPECT_NE(first.output().find("name: planner9"), std::string::npos);
+  Process third({"--config", file.path, "--check-config"});
+  EXPECT_EQ(third.wait(), 0);
+  EXPECT_EQ(third.output(), "");
+}
+
+TEST(ServiceProcess, without_shared_memory_says_so_and_ends_with_69) {
+  Process process({"--domain", std::to_string(test_domain())}, [] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1u << 20, 1u << 20};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  EXPECT_EQ(process.wait(), 69);
+  EXPECT_NE(process.output().find("16 MiB of shared memory in /dev/shm"), std::string::npos) << process.output();
+}
+
+TEST(ServiceProcess, ends_with_0_at_once_when_told_to_by_either_signal) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    Process process = start_worker("planner1");
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (process.output().find("takes jobs") == std::string::npos && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    process.signal(signal);
+    EXPECT_EQ(process.wait(), 0) << process.output();
+  }
+}
+
+}  // namespace
+}  // namespace primo
