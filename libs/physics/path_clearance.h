@@ -39,7 +39,7 @@ class ClearanceQuery {
   /// below `enough`).
   double at(const Eigen::Ref<const Eigen::VectorXd>& q, double enough = kFar, int* nearest = nullptr);
 
-  /// Smallest signed distance over the path q_0 … q_T (rows), joints interpolated linearly: at most kTolerance (0.5 mm)
+  /// Smallest signed distance over the path q_0 … q_T (rows), joints interpolated linearly: at most kTolerance (1 mm)
   /// above the truth, by branch and bound with a Lipschitz bound of the motion. Deeper than −0.1 m it is only known to
   /// be that deep.
   double over(const Eigen::MatrixXd& q);
@@ -55,7 +55,7 @@ class ClearanceQuery {
   /// Upper bound of how far any point of the robot moves between a and b, m.
   double motion_bound(const Eigen::Ref<const Eigen::VectorXd>& a, const Eigen::Ref<const Eigen::VectorXd>& b) const;
 
-  static constexpr double kTolerance = 5e-4;
+  static constexpr double kTolerance = 1e-3;
   static constexpr double kFar = 10.0;
   static constexpr double kDeep = -0.1;
 
