@@ -84,7 +84,7 @@ p{margin:0 0 12px}
 .sub{color:var(--soft);margin-bottom:22px}
 section{background:var(--card);border:1px solid var(--line);border-radius:12px;padding:20px 22px;margin:0 0 18px}
 .tiles,.pair{display:grid;gap:14px;grid-template-columns:repeat(auto-fit,minmax(230px,1fr))}
-.pair{grid-template-columns:repeat(auto-fit,minmax(300px,1fr))}
+.pair{grid-template-columns:repeat(auto-fit,minmax(min(100%,400px),1fr))}
 .tiles{margin-bottom:18px}
 .tile{background:var(--card);border:1px solid var(--line);border-radius:12px;padding:16px 18px}
 .tile .what{color:var(--soft);font-size:.88rem}
@@ -97,7 +97,7 @@ section{background:var(--card);border:1px solid var(--line);border-radius:12px;p
 .rule .head{font-family:Georgia,"DejaVu Serif",serif;font-size:1.06rem}
 .outcomes{display:grid;grid-template-columns:auto auto 1fr;column-gap:14px;row-gap:2px;margin:8px 0 8px 8px;padding-left:16px;
 border-left:2px solid var(--ink);border-radius:12px 0 0 12px;font-family:Georgia,"DejaVu Serif",serif;align-items:baseline}
-.outcomes .p{font-weight:650}.outcomes small{color:var(--soft);font:.82rem system-ui,"DejaVu Sans",sans-serif}
+.outcomes .p{font-weight:650}.outcomes small{white-space:nowrap;color:var(--soft);font:.82rem system-ui,"DejaVu Sans",sans-serif}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-size:.93rem}
 th,td{text-align:left;padding:7px 14px 7px 0;border-bottom:1px solid var(--line);vertical-align:top}

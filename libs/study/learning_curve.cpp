@@ -22,7 +22,7 @@ struct Line {
 /// A plot's frame: evaluations along x, values from `low` to `high` along y, in the viewBox of 520 × 300.
 struct Frame {
   double evaluations = 1, low = 0, high = 1;
-  static constexpr double kLeft = 44, kRight = 510, kTop = 14, kBottom = 262;
+  static constexpr double kLeft = 44, kRight = 496, kTop = 14, kBottom = 262;
   double x(double n) const { return kLeft + (kRight - kLeft) * n / evaluations; }
   double y(double v) const { return kBottom - (kBottom - kTop) * (v - low) / (high - low); }
 };
@@ -78,7 +78,7 @@ std::string axes(const Frame& frame, const std::string& title) {
   const double step = step_of(frame.high - frame.low);
   for (double v = std::ceil(frame.low / step - 1e-9) * step; v <= frame.high + 1e-9; v += step) {
     const std::string y = number("%.1f", frame.y(v));
-    out.append("<line class=\"axis\" x1=\"44\" x2=\"510\" y1=\"").append(y).append("\" y2=\"").append(y).append("\"/>");
+    out.append("<line class=\"axis\" x1=\"44\" x2=\"496\" y1=\"").append(y).append("\" y2=\"").append(y).append("\"/>");
     out.append("<text x=\"38\" y=\"").append(number("%.1f", frame.y(v) + 4)).append("\" text-anchor=\"end\">");
     out.append(number("%.3g", std::abs(v) < step / 2 ? 0.0 : v)).append("</text>");
   }
@@ -87,7 +87,7 @@ std::string axes(const Frame& frame, const std::string& title) {
     out.append("<text x=\"").append(number("%.1f", frame.x(n))).append("\" y=\"280\" text-anchor=\"middle\">");
     out.append(number("%.0f", n)).append("</text>");
   }
-  return out + "<text x=\"277\" y=\"297\" text-anchor=\"middle\">evaluations of γ</text>";
+  return out + "<text x=\"270\" y=\"297\" text-anchor=\"middle\">evaluations of γ</text>";
 }
 
 std::string draw(const Frame& frame, const Line& line, const std::string& colour) {

@@ -1,0 +1,129 @@
+#include "study/study.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "core/files.h"
+
+namespace primo::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSource = PRIMO_SOURCE_DIR;
+
+class StudyTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory = fs::temp_directory_path() / ("primo_study_" + std::to_string(::getpid()) + "_" +
+                                             ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(directory);
+    fs::create_directories(directory);
+    text = "name: test\nrobot: " + (kSource / "configs/robots/schunk_lwa3_sdh2.yaml").string() +
+           "\nprimitive: " + (kSource / "configs/primitives/grasp_hand_tuned.yaml").string() + "\ntraining: [" +
+           (kSource / "configs/scenarios/example.yaml").string() + "]\n";
+  }
+  void TearDown() override { fs::remove_all(directory); }
+
+  Result<Study> load(const std::string& more, const std::vector<std::string>& overrides = {}) {
+    EXPECT_TRUE(write_file(directory / "file.yaml", text + more).ok());
+    return load_study(directory / "file.yaml", overrides);
+  }
+  void expect_refused(const std::string& more, const std::string& word) {
+    const auto study = load(more);
+    ASSERT_FALSE(study.ok()) << more;
+    EXPECT_EQ(study.error().code, Code::config);
+    EXPECT_NE(study.error().message.find(word), std::string::npos) << study.error().message;
+    EXPECT_NE(study.error().message.find("file.yaml"), std::string::npos) << study.error().message;
+  }
+  fs::path directory;
+  std::string text;
+};
+
+TEST_F(StudyTest, is_complete_and_reads_back_to_the_same_study) {
+  const auto study = load("optimizer: {evaluations: 77}\n");
+  ASSERT_TRUE(study.ok()) << study.error().message;
+  EXPECT_EQ(study->training.at(0).robot_start.size(), 14u) << "the robot's home is filled in";
+  EXPECT_EQ(study->settings.optimizer.evaluations, 77);
+  EXPECT_FALSE(study->primitive.tasks.empty());
+  const fs::path home = directory / "home";
+  const auto adopted = adopt_directory(*study, home);
+  ASSERT_TRUE(adopted.ok()) << adopted.error().message;
+  EXPECT_EQ(*adopted, Adopted::created);
+  const auto back = read_study(home);
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(config::dump(*back), config::dump(*study));
+  EXPECT_EQ(back->id(), study->id());
+}
+
+TEST_F(StudyTest, resumes_in_its_own_directory_and_refuses_anothers_naming_the_key) {
+  const auto study = load("");
+  ASSERT_TRUE(study.ok());
+  const fs::path home = directory / "home";
+  ASSERT_TRUE(adopt_directory(*study, home).ok());
+  const auto again = adopt_directory(*study, home);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(*again, Adopted::resumed);
+  auto moved = *study;
+  moved.robot = "/elsewhere/robot.yaml";
+  EXPECT_TRUE(adopt_directory(moved, home).ok()) << "where the robot's file lies does not matter";
+
+  const auto other = load("", {"optimizer.sigma=0.25"});
+  ASSERT_TRUE(other.ok()) << other.error().message;
+  EXPECT_NE(other->id(), study->id());
+  const auto refused = adopt_directory(*other, home);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, Code::config);
+  EXPECT_NE(refused.error().message.find("'optimizer.sigma' is 0.3 there and 0.25 now"), std::string::npos)
+      << refused.error().message;
+
+  auto displaced = *study;
+  displaced.training[0].objects[0].position.x() += 0.01;
+  const auto scene = adopt_directory(displaced, home);
+  ASSERT_FALSE(scene.ok());
+  EXPECT_NE(scene.error().message.find("training[0].objects[0].position[0]"), std::string::npos)
+      << scene.error().message;
+}
+
+TEST_F(StudyTest, refuses_a_directory_with_a_journal_of_nobody_knows_whom) {
+  const auto study = load("");
+  ASSERT_TRUE(study.ok());
+  ASSERT_TRUE(write_file(directory / "journal.db", "x").ok());
+  const auto refused = adopt_directory(*study, directory);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("study.yaml"), std::string::npos);
+}
+
+TEST_F(StudyTest, refuses_bad_settings_with_the_file_and_the_key) {
+  expect_refused("seed: 5\nexperience: {seed: 5}\n", "experience.seed");
+  expect_refused("optimizer: {algorithms: [cma, simplex]}\n", "simplex");
+  expect_refused("optimizer: {algorithms: []}\n", "algorithms");
+  expect_refused("optimizer: {evaluatons: 5}\n", "evaluations");
+  expect_refused("optimizer: {validation: 0}\n", "validation");
+  expect_refused("rounds: 0\n", "rounds");
+  expect_refused("experience: {displacement: -1}\n", "displacement");
+  expect_refused("experience: {scenarios: 3}\nexecuted: 4\n", "executed");
+  expect_refused("optimizer: {fitness: {clearance_to: -0.5}}\n", "clearance_from");
+  expect_refused("optimizer: {log_rho_min: 9}\n", "log_rho_min");
+}
+
+TEST_F(StudyTest, says_which_file_is_missing) {
+  text.replace(text.find("example.yaml"), 12, "nowhere.yaml");
+  const auto study = load("");
+  ASSERT_FALSE(study.ok());
+  EXPECT_NE(study.error().message.find("nowhere.yaml"), std::string::npos) << study.error().message;
+}
+
+TEST_F(StudyTest, refuses_a_scenario_of_another_action) {
+  auto study = load("");
+  ASSERT_TRUE(study.ok());
+  study->training[0].action[0] = "place";
+  const auto status = study->validate();
+  ASSERT_FALSE(status.ok());
+  EXPECT_NE(status.error().message.find("place"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace primo::study
