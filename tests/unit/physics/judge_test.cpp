@@ -231,11 +231,11 @@ TEST(Judge, executing_a_miss_leaves_the_object_on_the_table) {
   EXPECT_EQ(v.after, v.before);
 }
 
-TEST(Judge, execution_that_diverges_is_unstable_and_never_a_success) {
+TEST(Judge, execution_with_wild_gains_is_never_a_success) {
   JudgeRequest request = good_request();
   request.mode = Mode::execute;
   const auto n = request.q.cols();
-  // Feedback that pushes away from the plan with all its might.
+  // Feedback that pushes away from the plan with all the motors have.
   request.K.assign(static_cast<std::size_t>(request.q.rows() - 1), Eigen::MatrixXd::Constant(n, 2 * n, 1e12));
   const Verdict v = judged(request);
   EXPECT_FALSE(v.success);
