@@ -251,12 +251,13 @@ TEST(Planner, BadRequestsAreRefusedWithTheReason) {
 }
 
 TEST(Planner, ReasonNamesTheBodiesThatCollide) {
-  // Another object where the target is: collision has to dominate.
+  // The target inside another, larger object: no hand can be at the one and clear of the other.
   auto asked = request(1, hand_tuned());
-  asked.scene.objects[1].X_WO = asked.scene.objects[0].X_WO * pose(Eigen::Vector3d(0.01, 0, 0));
+  asked.scene.objects[1].X_WO = asked.scene.objects[0].X_WO;
+  asked.scene.objects[1].shape.size = {0.15, 0.1, 0};
   std::erase_if(asked.primitive.tasks,
                 [](const Task& task) { return task.name != "position" && task.name != "collision"; });
-  asked.primitive.tasks[0].rho = 1e6;
+  asked.primitive.tasks[0].rho = 1e8;
   asked.primitive.tasks[1].rho = 1e2;
   const Plan answer = plan(schunk(), asked);
   EXPECT_NE(answer.reason.find("'collision' costs most"), std::string::npos) << answer.reason;

@@ -55,6 +55,13 @@ TrajectoryProblem make_problem(int n, int T, std::uint64_t seed) {
   return problem;
 }
 
+/// A vector of one entry.
+Eigen::VectorXd scalar(double value) {
+  Eigen::VectorXd vector(1);
+  vector[0] = value;
+  return vector;
+}
+
 /// Random linear tasks with precisions over `decades` decades.
 LinearStages make_linear(int n, int T, double decades, std::uint64_t seed) {
   Random random(seed, "solver_test linear");
@@ -166,7 +173,7 @@ Eigen::RowVector2d point_mass_gains(double tau, double h, double rho, int T, std
   const Eigen::Vector2d B(tau * tau, tau);
   Q(0, 0) = rho;
   Eigen::Matrix2d P = Q;
-  K.assign(T, {});
+  K.assign(T, Eigen::RowVector2d::Zero());
   for (int t = T - 1; t >= 0; --t) {
     K[t] = -(B.transpose() * P * A) / (h + B.dot(P * B));
     P = Q + A.transpose() * P * (A + B * K[t]);
@@ -177,15 +184,14 @@ Eigen::RowVector2d point_mass_gains(double tau, double h, double rho, int T, std
 LinearStages point_mass_stages(int T, double rho) {
   LinearStages stages;
   stages.J.assign(T, Eigen::MatrixXd::Constant(1, 1, std::sqrt(rho)));
-  stages.y.assign(T, Eigen::VectorXd::Zero(1));
+  stages.y.assign(T, scalar(0));
   return stages;
 }
 
 TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
   const int T = 50;
   const double rho = 1e2;
-  TrajectoryProblem problem{T, 0.05, Eigen::VectorXd::Constant(1, 0.05), Eigen::VectorXd::Ones(1),
-                            Eigen::VectorXd::Ones(1)};
+  TrajectoryProblem problem{T, 0.05, scalar(0.05), scalar(1), scalar(1)};
   auto stages = point_mass_stages(T, rho);
   const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, T), exact());
   std::vector<Eigen::RowVector2d> K;
@@ -194,7 +200,7 @@ TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
   Eigen::Vector2d x(1, 1);
   for (int t = 0; t < T; ++t) {
     EXPECT_LT((gains.K[t] - K[t]).norm(), 1e-8 * K[t].norm() + 1e-10) << t;
-    const double u = K[t] * x;
+    const double u = K[t].transpose().dot(x);
     EXPECT_NEAR(gains.k[t][0], u, 1e-7);
     x[1] += problem.dt * u;
     x[0] += problem.dt * x[1];
@@ -205,8 +211,7 @@ TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
 TEST(RiccatiGains, OfALongHorizonSolveTheDiscreteAlgebraicRiccatiEquation) {
   const int T = 2000;
   const double tau = 0.05, h = 0.05, rho = 1e2;
-  TrajectoryProblem problem{T, tau, Eigen::VectorXd::Constant(1, h), Eigen::VectorXd::Ones(1),
-                            Eigen::VectorXd::Zero(1)};
+  TrajectoryProblem problem{T, tau, scalar(h), scalar(1), scalar(0)};
   const std::vector<Eigen::MatrixXd> R(T, Eigen::MatrixXd::Constant(1, 1, rho));
   const auto gains = riccati_gains(problem, Eigen::MatrixXd::Ones(1, T), R);
   // The stationary P by the structure-preserving doubling algorithm.
@@ -249,11 +254,10 @@ TEST(RiccatiGains, AreTheSlopesOfTheFirstControl) {
 TEST(GaussNewton, RestToRestTendsToTheCubicAsStepsShrink) {
   double before = 1;
   for (const int T : {20, 40, 80, 160}) {
-    TrajectoryProblem problem{T, 1.0 / T, Eigen::VectorXd::Constant(1, 1.0 / T), Eigen::VectorXd::Zero(1),
-                              Eigen::VectorXd::Zero(1)};
+    TrajectoryProblem problem{T, 1.0 / T, scalar(1.0 / T), scalar(0), scalar(0)};
     LinearStages stages;
     stages.J.assign(T, Eigen::MatrixXd::Zero(1, 1));
-    stages.y.assign(T, Eigen::VectorXd::Zero(1));
+    stages.y.assign(T, scalar(0));
     for (const int t : {T - 2, T - 1}) {  // both at the goal: at rest there
       stages.J[t](0, 0) = 1e5;
       stages.y[t][0] = 1e5;
