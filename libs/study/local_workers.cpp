@@ -73,9 +73,7 @@ LocalWorkers::LocalWorkers(robot::Robot robot, LocalOptions options)
     : robot_(std::move(robot)), judge_(robot_), options_(std::move(options)) {}
 
 Result<RolloutResult> LocalWorkers::roll_out(const Rollout& rollout) const {
-  auto request = plan_request(rollout);
-  for (auto& object : request.scene.objects) object.X_WO = sent(object.X_WO);  // as a planner receives it
-  const motion::Plan plan = motion::plan(robot_, request);
+  const motion::Plan plan = motion::plan(robot_, plan_request(rollout));
   if (!has_trajectory(plan)) return rollout_without_plan(plan);
   auto verdict = judge_.evaluate(judge_request(rollout, plan));
   if (!verdict) return verdict.error().at("judge, scenario " + rollout.scenario.name);
@@ -110,7 +108,6 @@ Result<scene::SceneEstimate> observe_scenario(const scene::Scenario& scenario) {
   const auto where = [&](const Error& error) { return error.at("scenario " + scenario.name); };
   auto clouds = physics::render_depth(scenario);
   if (!clouds) return where(clouds.error());
-  for (auto& cloud : *clouds) cloud.X_WC = sent(cloud.X_WC);  // as perception receives it from a camera
   auto estimate = scene::perceive(scene::perception_request(scenario, std::move(*clouds)));
   if (!estimate) return where(estimate.error());
   std::vector<std::string> arguments;

@@ -137,11 +137,10 @@ Result<std::vector<scene::SceneEstimate>> Loop::observe(const std::vector<scene:
     std::vector<scene::Scenario> batch;
     for (std::size_t m = begin; m < end; ++m) batch.push_back(scenarios[missing[m]]);
     const auto asked_at = Clock::now();
-    PRIMO_ASSIGN(auto seen, workers_.observe(batch));
+    PRIMO_ASSIGN(const auto seen, workers_.observe(batch));
     PRIMO_CHECK(seen.size() == batch.size(), "observe() answers for each scenario");
     const double seconds =
         std::chrono::duration<double>(Clock::now() - asked_at).count() / static_cast<double>(batch.size());
-    for (auto& estimate : seen) settle(estimate);
     std::vector<Answer> answers;
     for (std::size_t b = 0; b < batch.size(); ++b)
       answers.push_back({key_of(batch[b]), "observe", encode(seen[b]), seconds});

@@ -305,9 +305,7 @@ Result<OptimizeResult> optimize(const OptimizeGoal& goal, Evaluator& evaluator, 
   if (!goal.settings.empty()) {
     PRIMO_ASSIGN(settings, config::read_text<OptimizationSettings>(goal.settings, "settings of the optimization goal"));
   }
-  OptimizeGoal settled_goal = goal;  // it may have come in a message
-  for (auto& estimate : settled_goal.estimates) settle(estimate);
-  return Optimization(settled_goal, settings, evaluator, journal, on_progress).run();
+  return Optimization(goal, settings, evaluator, journal, on_progress).run();
 }
 
 }  // namespace primo::study

@@ -4,25 +4,6 @@
 
 namespace primo::study {
 
-Pose sent(const Pose& X) { return pose(X.translation(), quaternion(X)); }
-
-Pose settled(const Pose& X) {
-  // Quaternions on a grid that is far coarser than rounding. Normalising moves a grid point by less than half a step
-  // once its norm is near enough to 1, and a step towards that otherwise.
-  constexpr double kStep = 1.0 / (1 << 26);
-  Eigen::Quaterniond q = quaternion(X);
-  for (int i = 0; i < 20; ++i) {
-    const Eigen::Vector4d rounded = (q.normalized().coeffs() / kStep).array().round() * kStep;
-    if (rounded == q.coeffs()) break;
-    q.coeffs() = rounded;
-  }
-  return pose(X.translation(), q);
-}
-
-void settle(scene::SceneEstimate& estimate) {
-  for (auto& object : estimate.objects) object.X_WO = settled(object.X_WO);
-}
-
 motion::PlanRequest plan_request(const Rollout& rollout) {
   motion::PlanRequest request;
   request.scene = rollout.estimate;

@@ -6,15 +6,6 @@
 
 namespace primo::study {
 
-/// The pose after it has been sent as a position and a unit quaternion.
-Pose sent(const Pose& X);
-
-/// A pose next to X (within 1e-7 rad) that can be told from its neighbours after it has been sent any number of times,
-/// although each time rounds its last bits: settled(sent(X)) == settled(X). Who keeps or forwards a scene settles its
-/// poses, so that a study does not depend on how often it went through a message.
-Pose settled(const Pose& X);
-void settle(scene::SceneEstimate& estimate);
-
 /// What the planner is asked. q_start is the scenario's robot_start; a loaded study has it filled in.
 motion::PlanRequest plan_request(const Rollout& rollout);
 

@@ -149,22 +149,5 @@ TEST(Keys, do_not_depend_on_where_the_study_lies) {
   EXPECT_NE(key_of(goal), key);
 }
 
-TEST(Settled, poses_are_recognised_after_being_sent) {
-  Random random(5, "poses");
-  for (int i = 0; i < 20000; ++i) {
-    const Pose X = pose({random.normal(), random.normal(), random.normal()},
-                        Eigen::Vector3d{3 * random.normal(), 3 * random.normal(), 3 * random.normal()});
-    const Pose at_rest = settled(X);
-    Pose travelled = at_rest;
-    for (int hops = 0; hops < 4; ++hops) travelled = sent(travelled);
-    ASSERT_EQ(settled(travelled).matrix(), at_rest.matrix());
-    ASSERT_EQ(settled(sent(X)).matrix(), at_rest.matrix())
-        << "the same whether or not it went through a message before";
-    ASSERT_LT((at_rest.matrix() - X.matrix()).norm(), 2e-7);
-    ASSERT_EQ(at_rest.translation(), X.translation());
-  }
-  EXPECT_EQ(settled(Pose::Identity()).matrix(), Pose::Identity().matrix());
-}
-
 }  // namespace
 }  // namespace primo::study
