@@ -22,7 +22,8 @@ Status ProgressPublisher::publish(const study::Progress& progress) {
   const auto now = Clock::now();
   const std::string stage = std::to_string(progress.round) + " " + progress.stage + " " + progress.algorithm;
   const bool same = stage == stage_;
-  if (!same) points_.clear();
+  // A stage may come again, e.g. with other scenarios.
+  if (!same || (!points_.empty() && progress.done < points_.back().done)) points_.clear();
   stage_ = stage;
   const double per_second = rate(progress, now);
   const bool last = progress.finished || progress.done >= progress.total;

@@ -33,11 +33,12 @@ class LocalProgress {
  public:
   void operator()(const study::Progress& progress) {
     const std::string stage = progress.stage + progress.algorithm + progress.text;
-    if (stage != stage_) {
+    if (stage != stage_ || progress.done < last_) {
       stage_ = stage;
       begin_ = Clock::now();
       first_ = progress.done;
     }
+    last_ = progress.done;
     const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
     StageState state;
     state.round = progress.round;
@@ -60,7 +61,7 @@ class LocalProgress {
   ProgressLines lines_;
   std::string stage_;
   Clock::time_point begin_{};
-  int first_ = 0;
+  int first_ = 0, last_ = 0;
 };
 
 Status run_locally(const study::Study& study, const fs::path& directory, int threads) {

@@ -194,6 +194,13 @@ Status start_supervisor(const Layout& layout, bool foreground) {
     return Error{Code::unavailable, "supervisord ended with " + std::to_string(started->exit) + ": " +
                                         started->output.substr(started->output.rfind('\n') + 1)};
   }
+  // The daemon writes its number a little after its parent has ended.
+  const auto end = Clock::now() + std::chrono::seconds(5);
+  while (!supervisor_pid(layout) && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  if (!supervisor_pid(layout)) {
+    return Error{Code::unavailable,
+                 "supervisord did not come up; " + (layout.run / "supervisord.log").string() + " says why"};
+  }
   return success();
 }
 
