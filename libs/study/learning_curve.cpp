@@ -94,15 +94,16 @@ std::string draw(const Frame& frame, const Line& line, const std::string& colour
   // About a point a pixel.
   const std::size_t stride = std::max<std::size_t>(1, line.mean.size() / 460);
   std::string path, upper, lower;
-  for (std::size_t n = 0; n < line.mean.size(); n += stride) {
+  const auto add = [&](std::size_t n) {
     const double x = frame.x(static_cast<double>(n + 1));
-    path += (path.empty() ? "" : " ") + point(x, frame.y(line.mean[n]));
-    upper += (upper.empty() ? "" : " ") + point(x, frame.y(std::min(frame.high, line.mean[n] + line.error[n])));
-    std::string low = point(x, frame.y(std::max(frame.low, line.mean[n] - line.error[n])));
-    lower = low.append(" ").append(lower);
-  }
+    path.append(point(x, frame.y(line.mean[n]))).append(" ");
+    upper.append(point(x, frame.y(std::min(frame.high, line.mean[n] + line.error[n])))).append(" ");
+    lower.insert(0, point(x, frame.y(std::max(frame.low, line.mean[n] - line.error[n]))).append(" "));
+  };
+  for (std::size_t n = 0; n + 1 < line.mean.size(); n += stride) add(n);
+  if (!line.mean.empty()) add(line.mean.size() - 1);
   std::string out = "<polygon fill=\"" + colour + "\" opacity=\"0.16\" points=\"";
-  out.append(upper).append(" ").append(lower).append("\"/><polyline class=\"line\" stroke=\"").append(colour);
+  out.append(upper).append(lower).append("\"/><polyline class=\"line\" stroke=\"").append(colour);
   return out.append("\" points=\"").append(path).append("\"/>");
 }
 
