@@ -13,7 +13,7 @@ using eprosima::fastrtps::rtps::SerializedPayload_t;
 
 GuardedType::GuardedType(eprosima::fastdds::dds::TypeSupport inner, std::uint32_t max_bytes)
     : inner_(std::move(inner)), max_bytes_(max_bytes) {
-  m_typeSize = inner_->m_typeSize;
+  m_typeSize = 1024;  // a first guess at payloads; the generated worst case of nested sequences overflows
   m_isGetKeyDefined = inner_->m_isGetKeyDefined;
   setName(inner_->getName());
   // Other implementations match @final types only where none of these are announced.

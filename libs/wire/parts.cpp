@@ -112,6 +112,7 @@ msg::Literal to_wire(const symbols::Literal& literal) {
 
 Result<symbols::Literal> from_wire(const std::string& field, const msg::Literal& literal) {
   PRIMO_TRY(check_text(field, literal.predicate()));
+  PRIMO_TRY(check_count(field, literal.arguments().size(), 8));
   PRIMO_TRY(check_texts(field, literal.arguments()));
   if (literal.predicate().empty()) return malformed(field, "is a literal without a predicate");
   return symbols::Literal{literal.predicate(), literal.arguments(), literal.negated()};

@@ -43,7 +43,7 @@ Result<rules::Rule> from_wire(const std::string& field, const msg::Rule& rule) {
   rules::Rule out;
   PRIMO_ASSIGN(out.action, from_wire(field + ".action", rule.action()));
   PRIMO_ASSIGN(out.context, from_wire(field + ".preconditions", rule.preconditions()));
-  PRIMO_TRY(check_count(field + ".outcomes", rule.outcomes().size()));
+  PRIMO_TRY(check_count(field + ".outcomes", rule.outcomes().size(), 64));
   for (const msg::RuleOutcome& entry : rule.outcomes()) {
     rules::RuleOutcome outcome;
     PRIMO_TRY(check_probability(field + ".outcomes.p", entry.p()));
