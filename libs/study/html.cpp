@@ -112,7 +112,7 @@ svg .axis{stroke:var(--line);stroke-width:1}svg .line{fill:none;stroke-width:2.2
 .legend{display:flex;gap:18px;flex-wrap:wrap;color:var(--soft);font-size:.88rem;margin-top:8px}
 .legend i{display:inline-block;width:22px;height:3px;border-radius:2px;margin-right:7px;vertical-align:middle}
 .bar{background:var(--line);border-radius:4px;height:9px;min-width:120px;overflow:hidden}.bar i{display:block;height:100%}
-.note{color:var(--soft);font-size:.9rem}
+.note{color:var(--soft);font-size:.9rem}.scroll+.note{margin-top:12px}
 details{margin-top:10px}summary{cursor:pointer;font-weight:600}
 pre{overflow:auto;max-height:480px;background:var(--ground);border:1px solid var(--line);border-radius:8px;padding:12px;
 font:12.5px/1.45 ui-monospace,"DejaVu Sans Mono",monospace}

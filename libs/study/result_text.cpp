@@ -41,7 +41,7 @@ std::string rule_text(const StudyResult& result, const Collection& collection) {
 std::string rates_text(const char* name, const Collection& collection) {
   std::string text = std::string("  ") + name + "\n";
   const auto line = [&](const char* what, const Rate& rate) {
-    if (rate.trials > 0) text += print("    %-34s", what) + rate.text() + "\n";
+    if (rate.trials > 0) text += print("    %-38s", what) + rate.text() + "\n";
   };
   line("training scenes, strict", collection.training.strict);
   line("displaced scenes, final pose", collection.displaced.final_pose);
