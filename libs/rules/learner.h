@@ -15,7 +15,7 @@ struct LearnerSettings {
   double p_min = 1e-8;           ///< probability a noise outcome gives to a state
   int max_references = 3;        ///< deictic variables a rule
   int max_steps = 10000;         ///< accepted changes of the rule set, for each action
-  int max_evaluations = 300000;  ///< candidate rules fitted, for each action; then the best set so far is returned
+  int max_evaluations = 200000;  ///< candidate rules fitted, for each action; then the best set so far is returned
   template <class V>
   void visit(V&& v) {
     v("alpha", alpha, {.help = "penalty of a literal", .unit = "nats", .min = 0, .max = 1e6});

@@ -1,6 +1,7 @@
 #include "rules/outcomes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -118,13 +119,28 @@ class Inducer {
     return induced;
   }
 
+  /// Whether dropping the outcome can pay at all. Its m own examples fall to noise, and the others' likelihood can rise
+  /// by no more than the entropy N·H(m/N) ≤ m (1 + ln N/m), since the present fit is optimal.
+  bool may_go(const std::vector<Outcome>& outcomes, const Outcome& outcome) {
+    Bits own = explained(outcome);
+    for (const auto& other : outcomes) {
+      if (other != outcome) own.remove(explained(other));
+    }
+    const auto m = static_cast<double>(own.count());
+    if (m == 0) return true;
+    const double loss = m * (-std::log(p_min_) - 1 - std::log(static_cast<double>(cases_.size()) / m));
+    return alpha_ * static_cast<double>(outcome.size()) > loss;
+  }
+
   std::vector<std::vector<Outcome>> neighbours(const std::vector<Outcome>& outcomes) {
     std::vector<std::vector<Outcome>> found;
     const auto without = [](std::vector<Outcome> from, const Outcome& outcome) {
       std::erase(from, outcome);
       return from;
     };
-    for (const auto& outcome : outcomes) found.push_back(without(outcomes, outcome));
+    for (const auto& outcome : outcomes) {
+      if (may_go(outcomes, outcome)) found.push_back(without(outcomes, outcome));
+    }
     for (std::size_t a = 0; a < outcomes.size(); ++a) {
       for (std::size_t b = a + 1; b < outcomes.size(); ++b) {
         const auto both = conjunction(outcomes[a], outcomes[b]);

@@ -81,7 +81,7 @@ VectorXd newton_step(const Mixture& mixture, const VectorXd& p, double value) {
   system.bottomLeftCorner(1, k) = p.transpose();
   VectorXd right = VectorXd::Zero(k + 1);
   right.head(k) = p.cwiseProduct(mixture.gradient(p));
-  const VectorXd direction = p.cwiseProduct(system.fullPivLu().solve(right).head(k));
+  const VectorXd direction = p.cwiseProduct(system.partialPivLu().solve(right).head(k));
   if (!direction.allFinite()) return p;
   double step = 1;
   for (Eigen::Index i = 0; i < k; ++i) {

@@ -257,6 +257,15 @@ TEST(Learn, refuses_ill_formed_experiences_and_settings) {
   EXPECT_EQ(learn({}, {.alpha = -1}).error().code, Code::config);
 }
 
+TEST(Learn, returns_the_best_rules_so_far_when_its_evaluations_are_spent) {
+  const auto data = generated::grasp_place_data(generated::grasp_place(0.9, 0.9), 200, 1);
+  const auto full = learned(data), early = learned(data, {.max_evaluations = 5});
+  EXPECT_EQ(to_json(early), to_json(learned(data, {.max_evaluations = 5})));
+  EXPECT_LT(score(early, data), score(full, data));
+  const auto nothing = learned(data, {.max_steps = 1, .max_evaluations = 1});
+  EXPECT_GE(score(early, data), score(nothing, data));
+}
+
 TEST(Learn, no_example_is_covered_by_two_rules) {
   const auto data = generated::slippery_gripper_data(generated::slippery_gripper(), 400, 3);
   const auto rules = learned(data);
