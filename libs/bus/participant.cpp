@@ -29,6 +29,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr int kPeerRange = 32;  // participant numbers of a host that named peers announce themselves to
+
 /// What Fast DDS has to say goes where our own log goes. Much of what it calls an error is a peer's sudden end.
 class LogToSpdlog : public dds::LogConsumer {
  public:
@@ -135,7 +137,7 @@ Status add_peers(const std::vector<std::string>& peers, rtps::BuiltinAttributes&
   return success();
 }
 
-Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, const std::string& id) {
+Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, int domain, const std::string& id) {
   dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
   qos.name(id);
   auto& builtin = qos.wire_protocol().builtin;
@@ -151,11 +153,13 @@ Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, c
     auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
     shared->segment_size(static_cast<std::uint32_t>(settings.segment_mib) << 20);
     qos.transport().user_transports.push_back(shared);
+    // Others find this process by multicast, whatever its number; named peers try the first ones.
+    qos.wire_protocol().participant_id = unused_participant_id(domain, settings.peers.empty() ? 120 : kPeerRange);
   }
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->sendBufferSize = static_cast<std::uint32_t>(settings.socket_buffer_mib) << 20;
   udp->receiveBufferSize = udp->sendBufferSize;
-  udp->maxInitialPeersRange = 32;  // a graph has more than the default of 4 processes on a host
+  udp->maxInitialPeersRange = kPeerRange;  // a graph has more than the default of 4 processes on a host
   qos.transport().user_transports.push_back(udp);
   return qos;
 }
@@ -195,7 +199,7 @@ Result<Participant> Participant::create(const BusSettings& settings, const std::
   impl->domain = domain;
   impl->max_bytes = static_cast<std::uint32_t>(settings.max_sample_mib) << 20;
   impl->listener = std::make_unique<Discovery>(*impl);
-  PRIMO_ASSIGN(const dds::DomainParticipantQos qos, participant_qos(settings, impl->id));
+  PRIMO_ASSIGN(const dds::DomainParticipantQos qos, participant_qos(settings, domain, impl->id));
   impl->participant = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<std::uint32_t>(domain), qos, impl->listener.get(), dds::StatusMask::none());
   if (impl->participant == nullptr) {

@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/random.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -38,6 +40,24 @@ bool shared_memory_mapped() {
     if (line.find("/dev/shm/fastrtps_") != std::string::npos) return true;
   }
   return false;
+}
+
+int unused_participant_id(int domain, int count) {
+  // RTPS 2.2, 9.6.1.1: PB + DG · domain + d1 (metatraffic) or d3 (user data) + PG · participant.
+  const int base = 7400 + 250 * domain;
+  const auto has_file = [](int port) {
+    const std::string name = "/dev/shm/fastrtps_port" + std::to_string(port);
+    return access(name.c_str(), F_OK) == 0 || access((name + "_el").c_str(), F_OK) == 0;
+  };
+  // Processes that start together begin to look at different places.
+  std::uint32_t bits = 0;
+  if (getrandom(&bits, sizeof bits, 0) != static_cast<ssize_t>(sizeof bits))
+    bits = static_cast<std::uint32_t>(getpid());
+  for (int i = 0; i < count; ++i) {
+    const int id = static_cast<int>((bits + static_cast<std::uint32_t>(i)) % static_cast<std::uint32_t>(count));
+    if (!has_file(base + 10 + 2 * id) && !has_file(base + 11 + 2 * id)) return id;
+  }
+  return -1;
 }
 
 }  // namespace primo::bus

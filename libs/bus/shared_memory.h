@@ -13,4 +13,10 @@ Status probe_shared_memory(std::size_t bytes);
 /// Whether this process has a Fast DDS segment mapped.
 bool shared_memory_mapped();
 
+/// A participant number below `count` whose shared-memory ports in this domain have no file yet, or −1 when all have
+/// one. Fast DDS gives a restarted process the port of the dead one; whoever then finds the dead port removes and makes
+/// it anew, and when that happens while the restarted process has just opened it, that process listens to a deleted
+/// file for ever. A port that nobody ever had is nobody's to recover.
+int unused_participant_id(int domain, int count);
+
 }  // namespace primo::bus

@@ -24,6 +24,10 @@ int run(int argc, char** argv) {
       "Exit codes: 0; 1 the run failed; 64 usage; 69 a needed service is missing; 70 internal; 78 configuration.");
   int exit = 0;
   for (const AddVerb add : verbs()) add(app, exit);
+  if (argc > 1 && argv[1][0] != '-' && app.get_subcommand_no_throw(argv[1]) == nullptr) {
+    std::fprintf(stderr, "primo: unknown verb '%s'; primo --help lists them\n", argv[1]);
+    return exit_code(Code::usage);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PRIMO_BIN", ROOT / "build" / "release" / "bin"))
 PRIMO = BIN / "primo"
 # Jobs take milliseconds, the whole study seconds; this is for a machine that does much else.
-PATIENCE = 120
+PATIENCE = 60
 
 
 def environment(run, domain):

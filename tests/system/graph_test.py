@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""The graph as a user handles it: up, status, a study, interrupted and gone on with, down with nothing left."""
+import os
+import pathlib
+import signal
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from running_graph import BIN, PATIENCE, ROOT, Graph, primo, wait_for  # noqa: E402
+
+STUDY = pathlib.Path(__file__).parent / "small.yaml"
+EXPECTED = ["camera", "conductor", "judge", "judge", "optimizer", "perception", "planner", "planner", "rule_learner"]
+
+
+def shared_memory():
+    return {p.name for p in pathlib.Path("/dev/shm").iterdir() if "fastrtps" in p.name}
+
+
+class Handled(unittest.TestCase):
+    def setUp(self):
+        self.before = shared_memory()
+        self.folder = tempfile.TemporaryDirectory(prefix="primo-study-")
+        self.directory = pathlib.Path(self.folder.name) / "study"
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def test_status_shows_every_process_with_its_number(self):
+        with Graph(seed=2) as graph:
+            workers = graph.status()
+            self.assertEqual([w["role"] for w in workers], EXPECTED)
+            self.assertEqual({w["name"]: w["pid"] for w in workers}, graph.processes())
+            self.assertEqual({w["state"] for w in workers}, {"idle"})
+
+    def test_down_leaves_no_process_and_nothing_in_shared_memory(self):
+        graph = Graph(seed=3)
+        with graph:
+            self.assertEqual(len(graph.processes()), len(EXPECTED))
+        self.assertEqual(graph.processes(), {})
+        port = 7400 + 250 * int(graph.env["PRIMO_DOMAIN"])
+        ours = {n for n in shared_memory() - self.before if not any(f"port{p}" in n for p in range(7400, 65536) if not port <= p < port + 250)}
+        self.assertEqual(ours, set())
+
+    def test_down_stops_the_processes_of_a_killed_supervisor(self):
+        graph = Graph(seed=4)
+        with graph:
+            os.kill(int((graph.run / "supervisord.pid").read_text()), signal.SIGKILL)
+            self.assertEqual(len(graph.processes()), len(EXPECTED))
+        self.assertEqual(graph.processes(), {})
+
+    def test_an_interrupted_study_goes_on_where_it_was(self):
+        with Graph(seed=5) as graph:
+            running = graph.start_study(STUDY, self.directory)
+            wait_for(lambda: (self.directory / "journal.db").exists(), "the study's first answer")
+            running.send_signal(signal.SIGINT)
+            out, err = running.communicate(timeout=PATIENCE)
+            self.assertEqual(running.returncode, 130, out + err)
+            self.assertIn("goes on from here", out)
+            self.assertFalse((self.directory / "result.json").exists())
+
+            code, out, err = graph.primo("study", "run", STUDY, "--directory", self.directory, "--no-report")
+            self.assertEqual(code, 0, out + err)
+            self.assertIn("goes on in", out)
+            first = (self.directory / "result.json").read_bytes()
+
+            code, out, err = graph.primo("study", "run", STUDY, "--directory", self.directory, "--no-report")
+            self.assertEqual(code, 0, out + err)
+            self.assertIn("is complete", out)
+
+            code, out, err = graph.primo("study", "run", STUDY, "--directory", self.directory, "--no-report", "--new")
+            self.assertEqual(code, 0, out + err)
+            self.assertEqual((self.directory / "result.json").read_bytes(), first)
+            self.assertEqual((self.directory.parent / "study.1" / "result.json").read_bytes(), first)
+
+    def test_a_wrong_configuration_of_a_service_is_refused_before_anything_starts(self):
+        graph = Graph(seed=6)
+        services = pathlib.Path(self.folder.name) / "services"
+        for role in set(EXPECTED):
+            (services / role).mkdir(parents=True)
+            (services / role / f"{role}.yaml").write_text((ROOT / "services" / role / f"{role}.yaml").read_text())
+        (services / "judge" / "judge.yaml").write_text("robott: configs/robots/schunk_lwa3_sdh2.yaml\n")
+        graph.env["PRIMO_SERVICES"] = str(services)
+        code, out, err = graph.primo("up")
+        self.assertEqual(code, 78, out + err)
+        self.assertEqual(len(err.strip().splitlines()), 1, err)
+        self.assertIn("robott", err)
+        self.assertIn("judge", err)
+        self.assertEqual(graph.processes(), {})
+        graph.close()
+
+    def test_a_study_for_another_robot_than_the_graph_s_is_refused(self):
+        with Graph(seed=7) as graph:
+            other = pathlib.Path(self.folder.name)
+            for name in ("schunk_lwa3_sdh2.yaml", "schunk_lwa3_sdh2.xml"):
+                (other / name).write_bytes((ROOT / "configs" / "robots" / name).read_bytes())
+            code, out, err = graph.primo("study", "run", STUDY, "--directory", self.directory, "--set",
+                                         f"robot={other / 'schunk_lwa3_sdh2.yaml'}")
+            self.assertEqual(code, 78, out + err)
+            self.assertIn("primo up --robot", err)
+            self.assertFalse(self.directory.exists())
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
