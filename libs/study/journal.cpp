@@ -25,8 +25,7 @@ constexpr int kApplicationId = 0x5072696d;  // "Prim"
 constexpr const char* kSchema = R"sql(
   PRAGMA application_id = 1349675373;
   PRAGMA user_version = 1;
-  CREATE TABLE answers (key TEXT PRIMARY KEY, kind TEXT NOT NULL, reply TEXT NOT NULL, digest TEXT NOT NULL, seconds REAL NOT NULL)
-    WITHOUT ROWID;
+  CREATE TABLE answers (key TEXT PRIMARY KEY, kind TEXT NOT NULL, reply TEXT NOT NULL, digest TEXT NOT NULL, seconds REAL NOT NULL);
   CREATE TABLE evaluations (round INTEGER, algorithm TEXT, restart INTEGER, generation INTEGER, candidate INTEGER, gamma REAL,
     successes INTEGER, final_pose INTEGER, scenarios INTEGER, x TEXT, PRIMARY KEY (round, algorithm, restart, generation, candidate))
     WITHOUT ROWID;
