@@ -1,5 +1,6 @@
 // primo: the command line. Exit codes: 0; 1 the run failed; 64 usage; 69 a needed service is missing; 70 internal; 78
 // configuration.
+#include <algorithm>
 #include <exception>
 
 #include "primo/verbs.h"
@@ -17,6 +18,11 @@ std::vector<AddVerb> verbs() {
 
 namespace {
 
+bool knows(const CLI::App& app, const std::string& verb) {
+  const auto all = app.get_subcommands([](const CLI::App*) { return true; });
+  return std::any_of(all.begin(), all.end(), [&](const CLI::App* one) { return one->get_name() == verb; });
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"primo optimizes motion primitives until the robot's symbolic rules predict what happens.", "primo"};
   app.require_subcommand(1);
@@ -24,7 +30,7 @@ int run(int argc, char** argv) {
       "Exit codes: 0; 1 the run failed; 64 usage; 69 a needed service is missing; 70 internal; 78 configuration.");
   int exit = 0;
   for (const AddVerb add : verbs()) add(app, exit);
-  if (argc > 1 && argv[1][0] != '-' && app.get_subcommand_no_throw(argv[1]) == nullptr) {
+  if (argc > 1 && argv[1][0] != '-' && !knows(app, argv[1])) {
     std::fprintf(stderr, "primo: unknown verb '%s'; primo --help lists them\n", argv[1]);
     return exit_code(Code::usage);
   }
