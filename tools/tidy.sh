@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # clang-tidy over the project's own sources, several at a time. A file whose preprocessed neighbourhood (its own text, every header of the
 # project, the checks) has passed before is skipped.
-# usage: tools/tidy.sh [--build DIR] [FILE...]      without files: all that git knows
+# usage: tools/tidy.sh [--build DIR] [FILE...]      without files: libraries, services and tools
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=build/release
@@ -9,7 +9,7 @@ if [ "${1:-}" = --build ]; then build=$2; shift 2; fi
 [ -f "$build/compile_commands.json" ] || { echo "tidy: $build is not configured; run tools/setup.sh first" >&2; exit 69; }
 files=("$@")
 if [ ${#files[@]} -eq 0 ]; then
-  mapfile -t files < <(git ls-files 'libs/*.cpp' 'services/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
+  mapfile -t files < <(git ls-files 'libs/*.cpp' 'services/*.cpp' 'tools/*.cpp')
 fi
 stamps=$build/tidy
 mkdir -p "$stamps"
