@@ -2,8 +2,6 @@
 
 #include <atomic>
 #include <cstring>
-#include <fastdds/dds/core/condition/GuardCondition.hpp>
-#include <fastdds/dds/core/condition/WaitSet.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -160,7 +158,16 @@ bool Writer::wait_acknowledged(std::chrono::milliseconds timeout) {
 
 // ---- Reader
 
+// Listeners only leave word for the reader's thread. (A WaitSet on the reader's status would do the same but for a gap:
+// taking a sample resets the status, also when the next one has just arrived.)
 struct Reader::Impl : dds::DataReaderListener {
+  void on_data_available(dds::DataReader*) override {
+    {
+      const std::lock_guard lock(mutex);
+      data_waits = true;
+    }
+    changed.notify_one();
+  }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
     matched = status.current_count;
     // With a finite lease it is liveliness that says who is alive; being unmatched is the end in any case.
@@ -183,7 +190,7 @@ struct Reader::Impl : dds::DataReaderListener {
       const std::lock_guard lock(mutex);
       events.emplace_back(origin, alive);
     }
-    wake.set_trigger_value(true);
+    changed.notify_one();
   }
 
   void run();
@@ -198,17 +205,21 @@ struct Reader::Impl : dds::DataReaderListener {
   dds::Subscriber* subscriber = nullptr;
   dds::DataReader* reader = nullptr;
   dds::TypeSupport type;
-  dds::GuardCondition wake;
   std::atomic<int> matched{0};
   std::atomic<bool> stop{false};
   std::mutex mutex;
+  std::condition_variable changed;
+  bool data_waits = false;
   std::deque<std::pair<Origin, bool>> events;
   std::thread thread;
 };
 
 Reader::Impl::~Impl() {
-  stop = true;
-  wake.set_trigger_value(true);
+  {
+    const std::lock_guard lock(mutex);
+    stop = true;
+  }
+  changed.notify_one();
   if (thread.joinable()) thread.join();
   if (reader != nullptr) {
     participant->forget(std::string(topic->name), text_of(reader->guid()));
@@ -240,30 +251,22 @@ bool Reader::Impl::take_all() {
 }
 
 void Reader::Impl::run() {
-  dds::WaitSet waits;
-  dds::StatusCondition& data = reader->get_statuscondition();
-  data.set_enabled_statuses(dds::StatusMask::data_available());
-  waits.attach_condition(data);
-  waits.attach_condition(wake);
-  while (!stop) {
-    dds::ConditionSeq active;
-    // The timeout only bounds the damage of a wake-up that DDS might lose.
-    waits.wait(active, duration(std::chrono::milliseconds(200)));
-    wake.set_trigger_value(false);
+  while (true) {
     std::deque<std::pair<Origin, bool>> seen;
     {
-      const std::lock_guard lock(mutex);
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [&] { return stop || data_waits || !events.empty(); });
+      if (stop) return;
+      data_waits = false;
       seen.swap(events);
     }
     // First the samples, so that a writer's last ones come before the news of its end.
-    if (!take_all()) break;
+    if (!take_all()) return;
     for (const auto& [origin, alive] : seen) {
-      if (stop) break;
+      if (stop) return;
       callbacks.on_writer(origin, alive);
     }
   }
-  waits.detach_condition(data);
-  waits.detach_condition(wake);
 }
 
 Reader::Reader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -290,7 +293,8 @@ Result<std::unique_ptr<Reader>> Reader::create(const Participant& participant, c
   impl->policies = policies_of(qos);
   impl->type = impl->participant->participant->find_type(dds_topic->get_type_name());
   impl->reader = impl->subscriber->create_datareader(dds_topic, qos, impl.get(),
-                                                     dds::StatusMask::subscription_matched()
+                                                     dds::StatusMask::data_available()
+                                                         << dds::StatusMask::subscription_matched()
                                                          << dds::StatusMask::requested_incompatible_qos()
                                                          << dds::StatusMask::liveliness_changed());
   if (impl->reader == nullptr) return refused(topic, "reader");

@@ -110,7 +110,10 @@ TEST(Jobs, wait_for_a_worker_that_starts_later_and_say_so) {
   ASSERT_TRUE(requester.wait_answers(1));
   EXPECT_EQ(requester.values[3], 6);
   const std::lock_guard lock(mutex);
-  EXPECT_EQ(said, (std::vector<std::string>{"a planner (none is up)", ""}));
+  // Between the two it may have seen the worker before its credits.
+  ASSERT_GE(said.size(), 2u);
+  EXPECT_EQ(said.front(), "a planner (none is up)");
+  EXPECT_EQ(said.back(), "");
 }
 
 TEST(Jobs, a_requester_keeps_to_a_workers_credits) {
