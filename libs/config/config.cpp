@@ -30,7 +30,8 @@ double number(const YAML::Node& node, const std::string& where, const std::strin
     std::string bounds = std::isinf(field.max)   ? "at least " + format(field.min)
                          : std::isinf(field.min) ? "at most " + format(field.max)
                                                  : "between " + format(field.min) + " and " + format(field.max);
-    refuse(where, node, "'" + key + "' is " + node.Scalar() + ", must be " + bounds + (field.unit.empty() ? "" : " " + field.unit));
+    refuse(where, node,
+           "'" + key + "' is " + node.Scalar() + ", must be " + bounds + (field.unit.empty() ? "" : " " + field.unit));
   }
   return value;
 }
@@ -77,7 +78,8 @@ void Reader::refuse_unknown() const {
 void Describer::line(const std::string& key, const std::string& value, const Field& field) const {
   text += "  " + key + ": " + (value.empty() ? "~" : value);
   if (!field.unit.empty()) text += " " + field.unit;
-  if (!std::isinf(field.min) || !std::isinf(field.max)) text += "  [" + format(field.min) + ", " + format(field.max) + "]";
+  if (!std::isinf(field.min) || !std::isinf(field.max))
+    text += "  [" + format(field.min) + ", " + format(field.max) + "]";
   if (!field.choices.empty()) text += "  {" + joined(field.choices) + "}";
   if (!field.help.empty()) text += "  " + field.help;
   text += "\n";

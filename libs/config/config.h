@@ -1,5 +1,5 @@
-// YAML files as typed structs. A struct lists its fields once, in a template `visit`; reading, checking, the effective dump and
-// the help text all come from that list:
+// YAML files as typed structs. A struct lists its fields once, in a template `visit`; reading, checking, the effective
+// dump and the help text all come from that list:
 //
 //   struct Jiggle {
 //     double seconds = 1.0;
@@ -8,8 +8,9 @@
 //     }
 //   };
 //
-// Field types: bool, integers, double, std::string, Eigen vectors of fixed size, enums with EnumNames, nested structs, and
-// std::optional, std::vector and std::map<std::string, ·> of these. An unknown key is refused with its line and the closest known key.
+// Field types: bool, integers, double, std::string, Eigen vectors of fixed size, enums with EnumNames, nested structs,
+// and std::optional, std::vector and std::map<std::string, ·> of these. An unknown key is refused with its line and the
+// closest known key.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -60,7 +61,9 @@ struct Probe {
 template <class T>
 concept EigenVector = std::is_base_of_v<Eigen::EigenBase<T>, T>;
 template <class T>
-concept Visitable = !EigenVector<T> && requires(T& value, Probe& probe) { value.visit(probe); };
+concept Visitable = !EigenVector<T> && requires(T & value, Probe& probe) {
+  value.visit(probe);
+};
 
 namespace detail {
 
@@ -105,7 +108,8 @@ class Reader {
     const YAML::Node child = node_.IsMap() ? node_[name] : YAML::Node(YAML::NodeType::Undefined);
     const std::string key = prefix_.empty() ? name : prefix_ + "." + name;
     if (!child.IsDefined()) {
-      if (field.required) refuse(where_, node_, "missing key '" + key + "'" + (field.help.empty() ? "" : " (" + field.help + ")"));
+      if (field.required)
+        refuse(where_, node_, "missing key '" + key + "'" + (field.help.empty() ? "" : " (" + field.help + ")"));
       return;
     }
     read_value(child, where_, key, field, value);
@@ -119,7 +123,8 @@ class Reader {
 };
 
 template <class T>
-void read_value(const YAML::Node& node, const std::string& where, const std::string& key, const Field& field, T& value) {
+void read_value(const YAML::Node& node, const std::string& where, const std::string& key, const Field& field,
+                T& value) {
   if constexpr (IsOptional<T>::value) {
     if (node.IsNull()) {
       value.reset();
@@ -209,7 +214,8 @@ void write_value(YAML::Emitter& out, T& value) {
     value.visit(writer);
     out << YAML::EndMap;
   } else if constexpr (IsVector<T>::value) {
-    constexpr bool flow = std::is_arithmetic_v<typename T::value_type> || std::is_same_v<typename T::value_type, std::string>;
+    constexpr bool flow =
+        std::is_arithmetic_v<typename T::value_type> || std::is_same_v<typename T::value_type, std::string>;
     if (flow || value.empty()) out << YAML::Flow;
     out << YAML::BeginSeq;
     for (auto&& element : value) {
@@ -275,7 +281,9 @@ Result<T> read_node(const YAML::Node& node, const std::string& where) {
   } catch (const YAML::Exception& e) {
     return Error{Code::config, where + ":" + std::to_string(e.mark.line + 1) + ": " + e.msg};
   }
-  if constexpr (requires { { value.validate() } -> std::convertible_to<Status>; }) {
+  if constexpr (requires {
+                  { value.validate() } -> std::convertible_to<Status>;
+                }) {
     if (auto status = value.validate(); !status.ok()) return status.error().at(where);
   }
   return value;

@@ -7,7 +7,7 @@ namespace primo {
 [[noreturn]] void check_failed(const char* condition, const char* file, int line, const std::string& message);
 }
 
-#define PRIMO_CHECK(condition, message)                                              \
-  do {                                                                               \
+#define PRIMO_CHECK(condition, message)                                               \
+  do {                                                                                \
     if (!(condition)) ::primo::check_failed(#condition, __FILE__, __LINE__, message); \
   } while (false)

@@ -12,7 +12,8 @@ namespace primo {
 
 Result<std::string> read_file(const std::filesystem::path& path) {
   std::error_code ec;
-  if (std::filesystem::is_directory(path, ec)) return Error{Code::config, path.string() + ": is a directory, expected a file"};
+  if (std::filesystem::is_directory(path, ec))
+    return Error{Code::config, path.string() + ": is a directory, expected a file"};
   std::ifstream in(path, std::ios::binary);
   if (!in) return Error{Code::config, path.string() + ": cannot be read: " + std::strerror(errno)};
   std::ostringstream text;

@@ -25,8 +25,7 @@ class Hasher {
   }
   Hasher& add(const char* text) { return add(std::string_view(text)); }
   template <class T>
-    requires std::is_integral_v<T> || std::is_enum_v<T>
-  Hasher& add(T value) {
+  requires std::is_integral_v<T> || std::is_enum_v<T> Hasher& add(T value) {
     const auto wide = static_cast<std::uint64_t>(value);
     return bytes(&wide, sizeof wide);
   }

@@ -11,10 +11,10 @@ using Pose = Eigen::Isometry3d;
 /// X_AB from B's origin in A and roll, pitch, yaw (about A's fixed x, then y, then z axes).
 inline Pose pose(const Eigen::Vector3d& p_AB, const Eigen::Vector3d& rpy = Eigen::Vector3d::Zero()) {
   Pose X_AB = Pose::Identity();
-  X_AB.linear() = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix();
+  X_AB.linear() =
+      (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   X_AB.translation() = p_AB;
   return X_AB;
 }

@@ -17,10 +17,10 @@ class Random {
   /// The stream of this seed, purpose ("jiggle", "cma", …) and indices (restart, generation, candidate, …).
   Random(std::uint64_t seed, std::string_view purpose, std::initializer_list<std::uint64_t> indices = {});
 
-  std::uint64_t bits();             ///< 64 uniform bits
-  double uniform();                 ///< in [0, 1), 53 bits
+  std::uint64_t bits();  ///< 64 uniform bits
+  double uniform();      ///< in [0, 1), 53 bits
   double uniform(double lo, double hi) { return lo + (hi - lo) * uniform(); }
-  double normal();                  ///< standard normal, Box–Muller
+  double normal();                       ///< standard normal, Box–Muller
   std::uint64_t below(std::uint64_t n);  ///< uniform in 0 … n−1, n ≥ 1, unbiased
 
  private:

@@ -19,15 +19,21 @@ enum class Code {
   internal,     ///< a broken assumption of our own
 };
 
-/// The exit code of a process that ends with this failure: 64 usage, 78 configuration or data, 69 unavailable, 1 failed, 70 internal.
+/// The exit code of a process that ends with this failure: 64 usage, 78 configuration or data, 69 unavailable, 1
+/// failed, 70 internal.
 constexpr int exit_code(Code code) {
   switch (code) {
-    case Code::usage: return 64;
+    case Code::usage:
+      return 64;
     case Code::config:
-    case Code::data: return 78;
-    case Code::unavailable: return 69;
-    case Code::failed: return 1;
-    case Code::internal: return 70;
+    case Code::data:
+      return 78;
+    case Code::unavailable:
+      return 69;
+    case Code::failed:
+      return 1;
+    case Code::internal:
+      return 70;
   }
   return 70;
 }
@@ -86,8 +92,8 @@ inline Status success() { return Unit{}; }
 }  // namespace primo
 
 /// Returns the error of `expression` from the enclosing function, or goes on.
-#define PRIMO_TRY(expression)                                    \
-  do {                                                           \
+#define PRIMO_TRY(expression)                                                              \
+  do {                                                                                     \
     if (auto primo_status = (expression); !primo_status.ok()) return primo_status.error(); \
   } while (false)
 
