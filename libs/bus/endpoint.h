@@ -36,8 +36,8 @@ class Writer {
   /// Waits at most 2 s for room. Errors: unavailable when there is none, data when the sample is too large.
   Status write(const void* sample);
   Status assert_liveliness();
-  int matched() const;         ///< readers
-  bool was_matched() const;    ///< whether there ever was a reader
+  int matched() const;       ///< readers
+  bool was_matched() const;  ///< whether there ever was a reader
   /// Whether that many readers match within the time.
   bool wait_matched(int count, std::chrono::milliseconds timeout) const;
   /// Waits until everything written was received by the readers matched now.

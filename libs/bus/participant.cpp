@@ -108,7 +108,7 @@ Status check(const BusSettings& settings, const std::string& name) {
   };
   PRIMO_TRY(within("segment_mib", settings.segment_mib, 4, 1024));
   PRIMO_TRY(within("socket_buffer_mib", settings.socket_buffer_mib, 1, 256));
-  PRIMO_TRY(within("lease_ms", settings.lease_ms, 200, 60000));
+  PRIMO_TRY(within("lease_ms", settings.lease_ms, 200, 600000));
   PRIMO_TRY(within("max_sample_mib", settings.max_sample_mib, 1, 1024));
   return success();
 }

@@ -21,8 +21,9 @@ struct BusSettings {
   int segment_mib = 16;  ///< of shared memory, for what this process sends
   int socket_buffer_mib = 4;
   std::vector<std::string> peers;  ///< addresses of other hosts; empty: multicast alone
-  int lease_ms = 1000;             ///< until a silent process counts as gone
-  int max_sample_mib = 64;         ///< larger samples are refused on both sides
+  int lease_ms =
+      10000;  ///< until a silent process is forgotten; workers' deaths are noticed by their status, much sooner
+  int max_sample_mib = 64;  ///< larger samples are refused on both sides
   template <class V>
   void visit(V&& v) {
     v("domain", domain, {.help = "DDS domain; PRIMO_DOMAIN and --domain override it", .min = 0, .max = 232});
@@ -31,7 +32,11 @@ struct BusSettings {
       {.help = "shared memory for what this process sends", .unit = "MiB", .min = 4, .max = 1024});
     v("socket_buffer_mib", socket_buffer_mib, {.help = "UDP buffers", .unit = "MiB", .min = 1, .max = 256});
     v("peers", peers, {.help = "addresses of other hosts; empty: multicast alone"});
-    v("lease_ms", lease_ms, {.help = "until a silent process counts as gone", .unit = "ms", .min = 200, .max = 60000});
+    v("lease_ms", lease_ms,
+      {.help = "until a silent process is forgotten; workers' deaths are noticed sooner",
+       .unit = "ms",
+       .min = 200,
+       .max = 600000});
     v("max_sample_mib", max_sample_mib, {.help = "larger samples are refused", .unit = "MiB", .min = 1, .max = 1024});
   }
 };

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 #include <tuple>
+#include <utility>
 
 #include "bus/endpoint.h"
 
@@ -79,7 +80,8 @@ struct StatusPublisher::Impl {
   void update_rate();
 
   std::unique_ptr<Writer> writer;
-  std::chrono::milliseconds lease{500};
+  std::chrono::milliseconds lease{500}, membership{10000};
+  std::function<void(std::chrono::milliseconds)> on_forgotten;
   mutable std::mutex mutex;
   std::condition_variable changed;
   WorkerInfo info;
@@ -102,10 +104,17 @@ void StatusPublisher::Impl::update_rate() {
 
 void StatusPublisher::Impl::run() {
   std::unique_lock lock(mutex);
-  auto next = Clock::now();
+  auto next = Clock::now(), last = next;
   while (!stop) {
-    if (Clock::now() >= next) {
-      next = Clock::now() + lease / 4;
+    const auto now = Clock::now();
+    const auto gap = std::chrono::duration_cast<std::chrono::milliseconds>(now - std::exchange(last, now));
+    if (gap > membership && on_forgotten) {
+      lock.unlock();
+      on_forgotten(gap);
+      lock.lock();
+    }
+    if (now >= next) {
+      next = now + lease / 4;
       update_rate();
       urgent = true;
     }
@@ -141,6 +150,8 @@ Result<std::unique_ptr<StatusPublisher>> StatusPublisher::create(const Participa
   PRIMO_ASSIGN(impl->writer, Writer::create(participant, topic_info(topics::kWorkerStatus.name), typeid(Message),
                                             std::move(options)));
   impl->lease = settings.lease;
+  impl->membership = settings.membership;
+  impl->on_forgotten = std::move(settings.on_forgotten);
   impl->info.worker = participant.id();
   impl->info.name = participant.name();
   impl->info.host = participant.host();

@@ -41,6 +41,10 @@ struct StatusSettings {
   unsigned credits = 0;
   std::string config_hash, version;
   std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a quarter of it
+  /// Called when this process was stopped for longer than `membership`, which is to be BusSettings::lease_ms: others
+  /// have forgotten it, and DDS does not introduce it to them again.
+  std::chrono::milliseconds membership{10000};
+  std::function<void(std::chrono::milliseconds stopped)> on_forgotten = {};
 };
 
 /// Publishes this process's status and keeps asserting its liveliness from a thread of its own. Thread-safe.

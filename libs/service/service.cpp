@@ -114,6 +114,7 @@ struct Context::Impl {
   std::condition_variable_any changed;
   std::string waiting_said;
   std::atomic<bool> over{false};
+  std::atomic<bool> forgotten{false};
   std::thread signal_thread;
 };
 
@@ -154,6 +155,7 @@ const Common& Context::common() const { return impl_->common; }
 bool Context::stopping() const { return impl_->stop.stop_requested(); }
 std::stop_token Context::stop_token() const { return impl_->stop.get_token(); }
 void Context::stop() { impl_->stop.request_stop(); }
+bool Context::forgotten() const { return impl_->forgotten; }
 
 bool Context::wait(std::chrono::milliseconds timeout) {
   std::unique_lock lock(impl_->mutex);
@@ -208,6 +210,15 @@ Result<std::unique_ptr<Context>> make_context(const Launch& launch, const std::s
   status.config_hash = content_id(effective);
   status.version = PRIMO_VERSION;
   status.lease = std::chrono::milliseconds(common.lease_ms);
+  status.membership = std::chrono::milliseconds(common.bus.lease_ms);
+  status.on_forgotten = [raw = impl.get()](std::chrono::milliseconds stopped) {
+    raw->logger->error(
+        "was stopped for {} ms, longer than bus.lease_ms; the others have forgotten this process, which ends to be "
+        "started anew",
+        stopped.count());
+    raw->forgotten = true;
+    raw->stop.request_stop();
+  };
   PRIMO_ASSIGN(impl->status, bus::StatusPublisher::create(impl->participant, std::move(status)));
   PRIMO_ASSIGN(impl->watcher,
                bus::StatusWatcher::create(impl->participant, std::chrono::milliseconds(common.lease_ms)));
@@ -255,6 +266,7 @@ int launch(const Launch& launch, int argc, char** argv) {
     spdlog::error("{}", done.error().message);
     return exit_code(done.error().code);
   }
+  if ((*context)->forgotten()) return exit_code(Code::unavailable);
   spdlog::info("ended");
   return 0;
 }

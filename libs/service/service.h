@@ -69,6 +69,8 @@ class Context {
   /// Sleeps until told to end or the time has passed; returns stopping().
   bool wait(std::chrono::milliseconds timeout);
   void stop();
+  /// Whether the process was stopped so long that it has to be started anew (exit code 69).
+  bool forgotten() const;
 
   /// Says in status and log what the process waits for; "" when it no longer does.
   void waiting_for(const std::string& text);

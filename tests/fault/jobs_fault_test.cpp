@@ -131,6 +131,17 @@ TEST_F(Jobs, of_a_stopped_worker_go_to_another_and_its_late_answers_do_no_harm_w
   expect_each_once(42);
 }
 
+TEST_F(Jobs, are_not_given_to_a_worker_that_was_stopped_so_long_that_dds_forgot_it_and_it_ends_to_be_started_anew) {
+  Process worker(
+      {"--name", "planner1", "--domain", std::to_string(test_domain()), "--set", "service.bus.lease_ms=1000"});
+  ASSERT_TRUE(wait_workers(1));
+  worker.signal(SIGSTOP);
+  std::this_thread::sleep_for(2s);
+  worker.signal(SIGCONT);
+  EXPECT_EQ(worker.wait(), 69) << worker.output();
+  EXPECT_NE(worker.output().find("longer than bus.lease_ms"), std::string::npos) << worker.output();
+}
+
 TEST_F(Jobs, of_a_worker_told_to_stop_are_finished_or_handed_on_and_it_exits_with_0_leaving_no_shared_memory) {
   Process leaving = start_worker("planner1");
   ASSERT_TRUE(wait_workers(1));

@@ -84,6 +84,7 @@ struct Requester {
 TEST(Jobs, are_shared_by_two_workers_and_each_is_answered_once) {
   Requester requester;
   Worker one("planner1", 1ms), two("planner2", 1ms);
+  ASSERT_TRUE(eventually([&] { return requester.client->window() == 4; }));
   for (int i = 1; i <= 200; ++i) requester.submit(i);
   ASSERT_TRUE(requester.wait_answers(200));
   for (int i = 1; i <= 200; ++i) {
