@@ -22,12 +22,11 @@ check_one() {
   stamp=$stamps/$(cat "$file" <(echo "$file $common") | sha256sum | cut -c1-32)
   [ -e "$stamp" ] && return 0
   local output
-  if output=$(clang-tidy -p "$build" --quiet "$file" 2>/dev/null); then
-    touch "$stamp"
-  else
-    printf '%s\n' "$output"
-    return 1
-  fi
+  local status=0
+  output=$(clang-tidy -p "$build" --quiet "$file" 2>/dev/null) || status=1
+  [ -z "$output" ] || printf '%s\n' "$output"
+  if [ $status -eq 0 ]; then touch "$stamp"; fi
+  return $status
 }
 export -f check_one
 printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" bash -c 'check_one "$0"'
