@@ -29,6 +29,11 @@ class Jobs : public testing::Test {
         JobClient<PlanJob, PlanReply>::create(*participant, *watcher, topics::kPlan, mailbox, {.deadline = 20s})
             .value());
   }
+  void TearDown() override {
+    // The test's workers have just been killed. Fast DDS 2.9 may crash when a participant is deleted in the very moment
+    // in which it repairs a port of shared memory that a killed process held.
+    std::this_thread::sleep_for(500ms);
+  }
   void submit(int number, double milliseconds) {
     PlanJob job;
     job.request().primitive().steps(number);
