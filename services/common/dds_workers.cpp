@@ -4,6 +4,7 @@
 #include <primo_study.h>
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 
 #include "bus/latched.h"
@@ -183,8 +184,9 @@ Result<rules::RuleSet> DdsWorkers::learn(const std::string& batch,
 
 Result<study::OptimizeResult> DdsWorkers::optimize(const study::OptimizeGoal& goal) {
   msg::OptimizeGoal message = wire::to_wire(goal);
-  // An answer latched from before this process, or this call, must not count.
-  message.request(participant_.id() + "-" + std::to_string(++requests_));
+  // An answer latched from before this call must not count, whoever asked for it. This process may run many studies.
+  static std::atomic<int> requests{0};
+  message.request(participant_.id() + "-" + std::to_string(++requests));
   const auto answer = std::make_shared<std::optional<msg::OptimizedPrimitive>>();
   const auto on_primitive = [this, answer, request = message.request()](msg::OptimizedPrimitive&& primitive) {
     if (primitive.request() != request) return;

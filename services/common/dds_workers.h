@@ -64,7 +64,6 @@ class DdsWorkers : public study::Workers {
   std::unique_ptr<DdsEvaluator> evaluator_;
   std::unique_ptr<Camera> camera_;
   std::unique_ptr<Perception> perception_;
-  int requests_ = 0;
 };
 
 }  // namespace primo::graph

@@ -4,6 +4,7 @@ import os
 import pathlib
 import re
 import signal
+import sqlite3
 import sys
 import tempfile
 import unittest
@@ -24,6 +25,14 @@ def mapped(pid):
     """Names of the shared memory that a process has mapped."""
     text = pathlib.Path(f"/proc/{pid}/maps").read_text()
     return set(re.findall(r"/dev/shm/(fastrtps_\w+)", text))
+
+
+def evaluations(directory):
+    """The learning curve that a study's journal holds."""
+    with sqlite3.connect(directory / "journal.db") as database:
+        rows = database.execute("SELECT algorithm, restart, generation, candidate, gamma FROM evaluations ORDER BY 1, 2, 3, 4").fetchall()
+    database.close()
+    return rows
 
 
 class Handled(unittest.TestCase):
@@ -83,7 +92,11 @@ class Handled(unittest.TestCase):
             code, out, err = graph.primo("study", "run", STUDY, "--directory", self.directory, "--no-report", "--new")
             self.assertEqual(code, 0, out + err)
             self.assertEqual((self.directory / "result.json").read_bytes(), first)
-            self.assertEqual((self.directory.parent / "study.1" / "result.json").read_bytes(), first)
+            aside = self.directory.parent / "study.1"
+            self.assertEqual((aside / "result.json").read_bytes(), first)
+            # The optimization was done again, and not answered by what was still latched from the first.
+            self.assertGreaterEqual(len(evaluations(aside)), 100)
+            self.assertEqual(evaluations(self.directory), evaluations(aside))
 
     def test_a_wrong_configuration_of_a_service_is_refused_before_anything_starts(self):
         graph = Graph(seed=6)
