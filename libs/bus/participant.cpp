@@ -154,7 +154,10 @@ Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, i
     shared->segment_size(static_cast<std::uint32_t>(settings.segment_mib) << 20);
     qos.transport().user_transports.push_back(shared);
     // Others find this process by multicast, whatever its number; named peers try the first ones.
-    qos.wire_protocol().participant_id = unused_participant_id(domain, settings.peers.empty() ? 120 : kPeerRange);
+    const int range = settings.peers.empty() ? 120 : kPeerRange;
+    int& number = qos.wire_protocol().participant_id;
+    number = unused_participant_id(domain, range);
+    if (number < 0 && remove_dead_shared_memory() > 0) number = unused_participant_id(domain, range);
   }
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->sendBufferSize = static_cast<std::uint32_t>(settings.socket_buffer_mib) << 20;

@@ -1,6 +1,7 @@
 #include "bus/shared_memory.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/random.h>
 #include <unistd.h>
@@ -9,7 +10,11 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <map>
+#include <regex>
+#include <set>
 #include <string>
 
 namespace primo::bus {
@@ -42,6 +47,27 @@ bool shared_memory_mapped() {
   return false;
 }
 
+namespace {
+
+/// The ports that any process has mapped whose maps can be read.
+std::set<std::string> mapped_ports() {
+  namespace fs = std::filesystem;
+  std::set<std::string> ports;
+  std::error_code ec;
+  for (const auto& entry : fs::directory_iterator("/proc", ec)) {
+    const std::string process = entry.path().filename();
+    if (process.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream maps(entry.path() / "maps");
+    for (std::string line; std::getline(maps, line);) {
+      const auto at = line.find("/dev/shm/fastrtps_port");
+      if (at != std::string::npos) ports.insert(line.substr(at + 9, line.find(' ', at) - at - 9));
+    }
+  }
+  return ports;
+}
+
+}  // namespace
+
 int unused_participant_id(int domain, int count) {
   // RTPS 2.2, 9.6.1.1: PB + DG · domain + d1 (metatraffic) or d3 (user data) + PG · participant.
   const int base = 7400 + 250 * domain;
@@ -58,6 +84,33 @@ int unused_participant_id(int domain, int count) {
     if (!has_file(base + 10 + 2 * id) && !has_file(base + 11 + 2 * id)) return id;
   }
   return -1;
+}
+
+int remove_dead_shared_memory() {
+  namespace fs = std::filesystem;
+  // A segment or port NAME has a file NAME_el (or NAME_sl) that is locked as long as somebody listens there. A port
+  // whose listener died may have lost that file and is then found by its name alone.
+  static const std::regex kLock("(fastrtps_(?:[0-9a-f]{16}|port[0-9]{1,5}))_[es]l"), kPort("fastrtps_port[0-9]{1,5}");
+  const fs::path folder = "/dev/shm";
+  std::map<std::string, bool> in_use;
+  std::error_code ec;
+  for (const auto& entry : fs::directory_iterator(folder, ec)) {
+    const std::string name = entry.path().filename();
+    std::smatch match;
+    if (std::regex_match(name, kPort)) in_use[name] |= false;
+    if (!std::regex_match(name, match, kLock)) continue;
+    const int fd = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
+    in_use[match[1]] |= fd < 0 || ::flock(fd, LOCK_EX | LOCK_NB) != 0;
+    if (fd >= 0) ::close(fd);
+  }
+  const std::set<std::string> mapped = mapped_ports();
+  int removed = 0;
+  for (const auto& [name, used] : in_use) {
+    if (used || mapped.contains(name)) continue;
+    for (const auto& file : {name, name + "_el", name + "_sl", "sem." + name + "_mutex"}) fs::remove(folder / file, ec);
+    ++removed;
+  }
+  return removed;
 }
 
 }  // namespace primo::bus

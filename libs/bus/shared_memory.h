@@ -19,4 +19,8 @@ bool shared_memory_mapped();
 /// file for ever. A port that nobody ever had is nobody's to recover.
 int unused_participant_id(int domain, int count);
 
+/// Removes the segments and ports that processes left behind which were killed: those that nobody has locked and, of
+/// ports, which others may be writing to, those that nobody has mapped either. Gives their number.
+int remove_dead_shared_memory();
+
 }  // namespace primo::bus

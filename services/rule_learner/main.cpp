@@ -111,7 +111,8 @@ Status run(const RuleLearnerConfig& config, service::Context& context) {
       touched.push_back(message.batch());
       order.remove(message.batch());
       order.push_back(message.batch());
-      batches[message.batch()].experiences.try_emplace(experience->id, std::move(experience).value());
+      const std::string id = experience->id;
+      batches[message.batch()].experiences.try_emplace(id, std::move(experience).value());
     }
     if (!arrived.empty()) continue;
     for (const auto& name : touched) {

@@ -30,9 +30,13 @@ class Jobs : public testing::Test {
             .value());
   }
   void TearDown() override {
-    // The test's workers have just been killed. Fast DDS 2.9 may crash when a participant is deleted in the very moment
-    // in which it repairs a port of shared memory that a killed process held.
-    std::this_thread::sleep_for(500ms);
+    // A killed process may have held a lock in a port of shared memory. Fast DDS notices that within a second or so and
+    // makes the port anew; a participant that is deleted before that may crash (2.9.1).
+    std::this_thread::sleep_until(last_kill + 2500ms);
+  }
+  void kill_now(const Process& process) {
+    process.signal(SIGKILL);
+    last_kill = Clock::now();
   }
   void submit(int number, double milliseconds) {
     PlanJob job;
@@ -73,7 +77,7 @@ class Jobs : public testing::Test {
   std::optional<JobClient<PlanJob, PlanReply>> client;
   std::map<int, int> answers;
   std::map<std::string, std::set<int>> by_worker;
-  Clock::time_point last_answer;
+  Clock::time_point last_answer, last_kill{};
 };
 
 TEST_F(Jobs, of_a_worker_killed_at_work_are_done_by_the_other_within_the_lease) {
@@ -83,7 +87,7 @@ TEST_F(Jobs, of_a_worker_killed_at_work_are_done_by_the_other_within_the_lease) 
   for (int i = 0; i < 4; ++i) submit(i, 200);  // two each: one at work, one waiting
   std::this_thread::sleep_for(100ms);
   const auto killed = Clock::now();
-  victim.signal(SIGKILL);
+  kill_now(victim);
   ASSERT_TRUE(wait_answers(4));
   expect_each_once(4);
   EXPECT_GE(client->counters().reissued, 1u);
@@ -104,7 +108,7 @@ TEST_F(Jobs, under_workers_that_are_killed_and_restarted_all_the_time_are_all_do
   for (int kills = 0; kills < 4; ++kills) {
     const auto until = Clock::now() + 300ms;
     while (Clock::now() < until) mailbox.run(10ms);
-    workers[static_cast<std::size_t>(kills)].signal(SIGKILL);
+    kill_now(workers[static_cast<std::size_t>(kills)]);
     workers.push_back(start_worker("planner" + std::to_string(3 + kills)));
   }
   ASSERT_TRUE(wait_answers(kJobs));
@@ -171,7 +175,7 @@ TEST_F(Jobs, wait_while_the_only_worker_is_down_and_go_on_with_its_successor) {
   ASSERT_TRUE(wait_workers(1));
   for (int i = 0; i < 20; ++i) submit(i, 20);
   std::this_thread::sleep_for(100ms);
-  first.signal(SIGKILL);
+  kill_now(first);
   EXPECT_EQ(first.wait(), 128 + SIGKILL);
   const auto until = Clock::now() + 1500ms;
   while (Clock::now() < until) mailbox.run(20ms);

@@ -51,8 +51,12 @@ class Process {
   Process& operator=(Process&&) = delete;
   ~Process() {
     if (pid_ > 0) {
-      kill(pid_, SIGKILL);
-      waitpid(pid_, &status_, 0);
+      kill(pid_, SIGCONT);
+      kill(pid_, SIGTERM);
+      if (wait(std::chrono::seconds(3)) < 0) {
+        kill(pid_, SIGKILL);
+        waitpid(pid_, &status_, 0);
+      }
     }
     if (!output_.empty()) std::remove(output_.c_str());
   }

@@ -4,6 +4,9 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <filesystem>
+
+#include "bus/shared_memory.h"
 
 namespace primo {
 namespace {
@@ -86,16 +89,54 @@ TEST(ServiceProcess, without_shared_memory_says_so_and_ends_with_69) {
   EXPECT_NE(process.output().find("16 MiB of shared memory in /dev/shm"), std::string::npos) << process.output();
 }
 
+void wait_until_it_takes_jobs(const Process& process) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (process.output().find("takes jobs") == std::string::npos && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
 TEST(ServiceProcess, ends_with_0_at_once_when_told_to_by_either_signal) {
   for (const int signal : {SIGTERM, SIGINT}) {
     Process process = start_worker("planner1");
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (process.output().find("takes jobs") == std::string::npos && std::chrono::steady_clock::now() < until) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    wait_until_it_takes_jobs(process);
     process.signal(signal);
     EXPECT_EQ(process.wait(), 0) << process.output();
   }
+}
+
+TEST(ServiceProcess, when_killed_leaves_shared_memory_that_is_found_dead_and_removed_while_the_living_keep_theirs) {
+  const auto mapped_by = [](const Process& process) {
+    std::set<std::string> names;
+    std::ifstream maps("/proc/" + std::to_string(process.pid()) + "/maps");
+    for (std::string line; std::getline(maps, line);) {
+      const auto at = line.find("/dev/shm/fastrtps_");
+      if (at != std::string::npos) names.insert(line.substr(at));
+    }
+    return names;
+  };
+  Process living = start_worker("living");
+  wait_until_it_takes_jobs(living);
+  const auto kept = mapped_by(living);  // before it maps anything of the other
+  Process dying = start_worker("dying");
+  wait_until_it_takes_jobs(dying);
+  auto left = mapped_by(dying);
+  for (const std::string& name : kept) left.erase(name);
+  EXPECT_GE(kept.size(), 3u);  // a segment and two ports
+  ASSERT_GE(left.size(), 1u);
+  // As another process leaves a port that it found dead: without the file that is locked by its listener.
+  const std::string port = "fastrtps_port" + std::to_string(7400 + 250 * test_domain() + 249);
+  left.insert("/dev/shm/" + port);
+  std::ofstream("/dev/shm/" + port) << "dead";
+  dying.signal(SIGKILL);
+  EXPECT_EQ(dying.wait(), 128 + SIGKILL);
+  bus::remove_dead_shared_memory();  // the living one may still write to a port of the dead one, which then stays
+  EXPECT_FALSE(std::filesystem::exists("/dev/shm/" + port));
+  for (const std::string& name : kept) EXPECT_TRUE(std::filesystem::exists(name)) << name;
+  living.signal(SIGTERM);
+  EXPECT_EQ(living.wait(), 0);
+  bus::remove_dead_shared_memory();
+  for (const std::string& name : left) EXPECT_FALSE(std::filesystem::exists(name)) << name;
 }
 
 }  // namespace

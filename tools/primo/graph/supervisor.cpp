@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
-#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,10 +12,9 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
-#include <map>
-#include <regex>
 #include <thread>
 
+#include "bus/shared_memory.h"
 #include "core/files.h"
 
 namespace primo::tool {
@@ -221,31 +219,8 @@ Status stop_graph(const Layout& layout) {
   std::error_code ec;
   for (const char* name : {"supervisor.sock", "supervisord.pid", "supervisord.conf", "domain"})
     fs::remove(layout.run / name, ec);
-  clean_shared_memory();
+  bus::remove_dead_shared_memory();
   return success();
-}
-
-int clean_shared_memory() {
-  // A segment or port NAME has a file NAME_el (or NAME_sl), locked as long as somebody has it open.
-  static const std::regex kLock("(fastrtps_(?:[0-9a-z]{16}|port[0-9]{1,5}))_[es]l");
-  const fs::path folder = "/dev/shm";
-  std::map<std::string, bool> in_use;
-  std::error_code ec;
-  for (const auto& entry : fs::directory_iterator(folder, ec)) {
-    const std::string name = entry.path().filename();
-    std::smatch match;
-    if (!std::regex_match(name, match, kLock)) continue;
-    const int fd = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
-    in_use[match[1]] |= fd < 0 || ::flock(fd, LOCK_EX | LOCK_NB) != 0;
-    if (fd >= 0) ::close(fd);
-  }
-  int removed = 0;
-  for (const auto& [name, used] : in_use) {
-    if (used) continue;
-    for (const auto& file : {name, name + "_el", name + "_sl", "sem." + name + "_mutex"}) fs::remove(folder / file, ec);
-    ++removed;
-  }
-  return removed;
 }
 
 }  // namespace primo::tool

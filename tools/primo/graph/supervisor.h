@@ -33,7 +33,4 @@ Status start_supervisor(const Layout& layout, bool foreground);
 /// Stops supervisord and every process of the run-time folder, and removes what they left there and in shared memory.
 Status stop_graph(const Layout& layout);
 
-/// Removes Fast DDS' shared-memory files whose owners are dead (their lock can be had). Gives their number.
-int clean_shared_memory();
-
 }  // namespace primo::tool
