@@ -50,6 +50,14 @@ class Handled(unittest.TestCase):
             self.assertEqual({w["name"]: w["pid"] for w in workers}, graph.processes())
             self.assertEqual({w["state"] for w in workers}, {"idle"})
 
+    def test_status_shows_a_process_that_hangs(self):
+        with Graph(seed=8) as graph:
+            hung = max(pid for name, pid in graph.processes().items() if name.startswith("judge"))
+            os.kill(hung, signal.SIGSTOP)
+            silent = [w for w in graph.status() if w["state"] == "silent"]
+            os.kill(hung, signal.SIGCONT)
+            self.assertEqual([(w["role"], w["pid"]) for w in silent], [("judge", hung)])
+
     def test_down_leaves_no_process_and_nothing_in_shared_memory(self):
         graph = Graph(seed=3)
         with graph:

@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -10,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "primo/graph/supervisor.h"
 #include "primo/verbs.h"
@@ -23,32 +25,47 @@ struct Options {
   bool json = false;
 };
 
-/// Everyone's status. They come one by one after the first: waits until nobody new has come for a while.
-std::vector<bus::WorkerInfo> gather(const bus::StatusWatcher& watcher) {
+struct Gathered {
+  std::vector<bus::WorkerInfo> workers;
+  std::vector<std::pair<std::string, pid_t>> silent;  ///< role and number of this machine's processes that say nothing
+};
+
+/// Everyone's status. Where the graph runs on this machine, waits at most 5 s for each of its processes; elsewhere
+/// until nobody new has come for a second.
+Gathered gather(const bus::StatusWatcher& watcher, const Layout& layout) {
   using Clock = std::chrono::steady_clock;
-  std::size_t expected = 0;
-  for (const auto& [role, count] : expected_workers()) expected += static_cast<std::size_t>(count);
   const auto begin = Clock::now();
   auto changed = begin;
   for (std::size_t seen = 0;;) {
-    auto workers = watcher.workers();
+    Gathered found{watcher.workers(), {}};
     const auto now = Clock::now();
-    if (workers.size() != std::exchange(seen, workers.size())) changed = now;
-    const bool settled = seen > 0 && now - changed > std::chrono::seconds(1);
-    if (seen >= expected || settled || now - begin > std::chrono::seconds(3)) return workers;
+    const auto local = graph_processes(layout);
+    for (const pid_t pid : local) {
+      const auto its = [pid](const bus::WorkerInfo& worker) { return worker.pid == pid; };
+      if (std::none_of(found.workers.begin(), found.workers.end(), its))
+        found.silent.emplace_back(process_role(pid), pid);
+    }
+    if (found.workers.size() != std::exchange(seen, found.workers.size())) changed = now;
+    if (!local.empty() && found.silent.empty()) return found;
+    const bool settled = local.empty() && seen > 0 && now - changed > std::chrono::seconds(1);
+    if (settled || now - begin > std::chrono::seconds(local.empty() ? 3 : 5)) return found;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
 }
 
-void print_table(const std::vector<bus::WorkerInfo>& workers) {
+void print_table(const Gathered& found) {
   std::vector<std::vector<std::string>> rows = {{"role", "id", "pid", "host", "state", "done", "per s", "last error"}};
-  for (const auto& worker : workers) {
+  for (const auto& worker : found.workers) {
     std::string state = config::enum_name(worker.state);
     if (!worker.waiting_for.empty()) state += " for " + worker.waiting_for;
     char rate[32];
     std::snprintf(rate, sizeof rate, "%.1f", worker.jobs_per_second);
     rows.push_back({worker.role, worker.worker, std::to_string(worker.pid), worker.host, state,
                     std::to_string(worker.jobs_done), rate, worker.last_error});
+  }
+  for (const auto& [role, pid] : found.silent) {
+    rows.push_back(
+        {role, "-", std::to_string(pid), "this one", "silent", "-", "-", "runs, but does not tell its status"});
   }
   std::vector<std::size_t> widths(rows.front().size(), 0);
   for (const auto& row : rows) {
@@ -65,9 +82,9 @@ void print_table(const std::vector<bus::WorkerInfo>& workers) {
   }
 }
 
-void print_json(const std::vector<bus::WorkerInfo>& workers) {
+void print_json(const Gathered& found) {
   auto array = nlohmann::ordered_json::array();
-  for (const auto& worker : workers) {
+  for (const auto& worker : found.workers) {
     array.push_back({{"role", worker.role},
                      {"name", worker.name},
                      {"id", worker.worker},
@@ -82,6 +99,7 @@ void print_json(const std::vector<bus::WorkerInfo>& workers) {
                      {"config_hash", worker.config_hash},
                      {"version", worker.version}});
   }
+  for (const auto& [role, pid] : found.silent) array.push_back({{"role", role}, {"pid", pid}, {"state", "silent"}});
   std::cout << array.dump(2) << "\n";
 }
 
@@ -91,13 +109,14 @@ Status show(const Options& options) {
   bus.domain_override = layout.domain;
   PRIMO_ASSIGN(const auto participant, bus::Participant::create(bus, "primo_status"));
   PRIMO_ASSIGN(const auto watcher, bus::StatusWatcher::create(participant));
-  const auto workers = gather(*watcher);
+  const Gathered found = gather(*watcher, layout);
+  const bool nobody = found.workers.empty() && found.silent.empty();
   if (options.json) {
-    print_json(workers);
-  } else if (!workers.empty()) {
-    print_table(workers);
+    print_json(found);
+  } else if (!nobody) {
+    print_table(found);
   }
-  if (workers.empty()) {
+  if (nobody) {
     return Error{Code::unavailable,
                  "nobody is in DDS domain " + std::to_string(layout.domain) + "; primo up starts the graph"};
   }

@@ -154,6 +154,12 @@ std::vector<pid_t> graph_processes(const Layout& layout) {
   return result;
 }
 
+std::string process_role(pid_t pid) {
+  std::error_code ec;
+  const std::string name = fs::read_symlink("/proc/" + std::to_string(pid) + "/exe", ec).filename();
+  return name.starts_with("primo_") ? name.substr(6) : "";
+}
+
 Status check_services(const Layout& layout) {
   for (const auto& [role, count] : expected_workers()) {
     const std::string launch = (layout.root / "compose" / "launch").string();

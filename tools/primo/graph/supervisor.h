@@ -24,6 +24,9 @@ std::optional<pid_t> supervisor_pid(const Layout& layout);
 /// Processes that belong to this run-time folder, supervisord aside.
 std::vector<pid_t> graph_processes(const Layout& layout);
 
+/// The role that a process of the graph has, by its executable; empty when it is gone.
+std::string process_role(pid_t pid);
+
 /// Asks every service to check its configuration. The first that refuses: its own line, Code::config.
 Status check_services(const Layout& layout);
 
