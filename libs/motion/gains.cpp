@@ -4,7 +4,7 @@
 
 namespace primo::motion {
 
-Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, const std::vector<Eigen::MatrixXd>& R) {
+Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, const std::vector<StageModel>& models) {
   const int n = problem.joints(), T = problem.steps;
   const double tau = problem.dt;
   Gains gains;
@@ -14,7 +14,13 @@ Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, 
   // M is the Hessian of the cost to go at t+1, its own stage included; x = (q, q̇), A = [I τI; 0 I], B = [τ²I; τI].
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(2 * n, 2 * n);
   for (int t = T - 1; t >= 0; --t) {
-    M.topLeftCorner(n, n) += Eigen::MatrixXd(R[t].selfadjointView<Eigen::Lower>());
+    const StageModel& stage = models[t];
+    M.topLeftCorner(n, n) += Eigen::MatrixXd(stage.R_qq.selfadjointView<Eigen::Lower>());
+    if (stage.moving) {
+      M.bottomLeftCorner(n, n) += stage.R_vq;
+      M.topRightCorner(n, n) += stage.R_vq.transpose();
+      M.bottomRightCorner(n, n) += Eigen::MatrixXd(stage.R_vv.selfadjointView<Eigen::Lower>());
+    }
     const Eigen::MatrixXd BtM = tau * tau * M.topRows(n) + tau * M.bottomRows(n);
     Eigen::MatrixXd S = tau * tau * BtM.leftCols(n) + tau * BtM.rightCols(n);
     S.diagonal() += problem.H;

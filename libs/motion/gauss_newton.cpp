@@ -16,8 +16,7 @@ constexpr double kLargestStep = 1e3;                   // rad; beyond that a ste
 struct Iterate {
   Eigen::MatrixXd q;  // n × T
   double cost = 0, cost_control = 0;
-  std::vector<Eigen::MatrixXd> R;  // T of n × n, lower triangles
-  Eigen::MatrixXd r;               // n × T
+  std::vector<StageModel> models;  // T
 };
 
 class Solver {
@@ -38,6 +37,7 @@ class Solver {
  private:
   bool evaluate(Iterate& at, double limit);
   Eigen::VectorXd gradient(const Iterate& at) const;
+  void add_moving(const StageModel& model, int t);
   bool step(const Iterate& at, const Eigen::VectorXd& gradient, double lambda, Eigen::VectorXd& step);
 
   const TrajectoryProblem& problem_;
@@ -48,7 +48,7 @@ class Solver {
   const double scale_;
   BandMatrix band_;
   Solution solution_;
-  Eigen::VectorXd q_t_, r_t_;
+  Eigen::VectorXd q_t_, v_t_;
 };
 
 /// Cost and quadratic model; false as soon as the cost is not finite or no longer below `limit`.
@@ -56,30 +56,49 @@ bool Solver::evaluate(Iterate& at, double limit) {
   ++solution_.evaluations;
   at.cost_control = control_cost(problem_, at.q);
   at.cost = at.cost_control;
-  at.R.resize(T_);
-  at.r.resize(n_, T_);
-  r_t_.resize(n_);
+  at.models.resize(T_);
+  const Eigen::MatrixXd v = velocities(problem_, at.q);
   for (int t = 0; t < T_; ++t) {
     if (!(at.cost < limit)) return false;
     q_t_ = at.q.col(t);
-    at.R[t].resize(n_, n_);
-    at.cost += stages_.evaluate(t + 1, q_t_, &at.R[t], &r_t_);
-    at.r.col(t) = r_t_;
+    v_t_ = v.col(t);
+    StageModel& model = at.models[t];
+    at.cost += stages_.evaluate(t + 1, q_t_, v_t_, &model);
+    if (!model.r_q.allFinite() || (model.moving && !model.r_v.allFinite())) return false;
   }
-  return at.cost < limit && std::isfinite(at.cost) && at.r.allFinite();
+  return at.cost < limit && std::isfinite(at.cost);
 }
 
 /// ½ ∂cost/∂q as one vector over t and joints.
 Eigen::VectorXd Solver::gradient(const Iterate& at) const {
   const Eigen::MatrixXd u = controls(problem_, at.q);
-  Eigen::MatrixXd g = at.r;
+  Eigen::MatrixXd g(n_, T_);
   const Eigen::VectorXd weight = problem_.H / (problem_.dt * problem_.dt);
   for (int t = 1; t <= T_; ++t) {  // q_t enters u_{t−1}, u_t and u_{t+1}
-    g.col(t - 1) += weight.cwiseProduct(u.col(t - 1));
+    g.col(t - 1) = at.models[t - 1].r_q + weight.cwiseProduct(u.col(t - 1));
     if (t < T_) g.col(t - 1) -= 2 * weight.cwiseProduct(u.col(t));
     if (t + 1 < T_) g.col(t - 1) += weight.cwiseProduct(u.col(t + 1));
   }
+  for (int t = 0; t < T_; ++t) {
+    if (!at.models[t].moving) continue;
+    g.col(t) += at.models[t].r_v / problem_.dt;
+    if (t > 0) g.col(t - 1) -= at.models[t].r_v / problem_.dt;
+  }
   return Eigen::Map<const Eigen::VectorXd>(g.data(), g.size());
+}
+
+/// Adds the part of a step's Hessian that comes from v_t = (q_t − q_{t−1}) / τ.
+void Solver::add_moving(const StageModel& model, int t) {
+  if (!model.moving) return;
+  const double by_tau = 1 / problem_.dt;
+  const Eigen::MatrixXd vv = by_tau * by_tau * Eigen::MatrixXd(model.R_vv.selfadjointView<Eigen::Lower>());
+  for (int j = 0; j < n_; ++j) {
+    for (int i = j; i < n_; ++i)
+      band_.at(t * n_ + i, t * n_ + j) += by_tau * (model.R_vq(i, j) + model.R_vq(j, i)) + vv(i, j);
+    if (t == 0) continue;
+    for (int i = j; i < n_; ++i) band_.at((t - 1) * n_ + i, (t - 1) * n_ + j) += vv(i, j);
+    for (int i = 0; i < n_; ++i) band_.at(t * n_ + i, (t - 1) * n_ + j) -= by_tau * model.R_vq(j, i) + vv(i, j);
+  }
 }
 
 /// Δ = −(R + D + λ s I)⁻¹ g, D the control cost's Hessian; false when the factorisation fails or Δ is out of bounds.
@@ -90,12 +109,13 @@ bool Solver::step(const Iterate& at, const Eigen::VectorXd& g, double lambda, Ei
     for (int j = 0; j < n_; ++j) {
       const int column = t * n_ + j;
       for (int row = column; row <= std::min(size - 1, column + band_.width()); ++row) band_.at(row, column) = 0;
-      for (int i = j; i < n_; ++i) band_.at(t * n_ + i, column) = at.R[t](i, j);
+      for (int i = j; i < n_; ++i) band_.at(t * n_ + i, column) = at.models[t].R_qq(i, j);
       band_.at(column, column) += diagonal * curvature_[j] + lambda * scale_;
       if (t + 1 < T_) band_.at(column + n_, column) = (t + 2 < T_ ? -4 : -2) * curvature_[j];
       if (t + 2 < T_) band_.at(column + 2 * n_, column) = curvature_[j];
     }
   }
+  for (int t = 0; t < T_; ++t) add_moving(at.models[t], t);
   if (!band_.factorise()) return false;
   delta = -g;
   band_.solve(delta);
@@ -164,11 +184,19 @@ Solution Solver::solve(Eigen::MatrixXd q) {
   solution_.cost = finite ? current.cost : 0;
   solution_.cost_control = finite ? current.cost_control : 0;
   solution_.q = std::move(current.q);
-  solution_.R = std::move(current.R);
+  solution_.models = std::move(current.models);
   return std::move(solution_);
 }
 
 }  // namespace
+
+Eigen::MatrixXd velocities(const TrajectoryProblem& problem, const Eigen::MatrixXd& q) {
+  PRIMO_CHECK(q.rows() == problem.joints() && q.cols() == problem.steps, "a path has one column for each step 1 … T");
+  Eigen::MatrixXd v(q.rows(), q.cols());
+  v.col(0) = (q.col(0) - problem.q_start) / problem.dt;
+  for (Eigen::Index t = 1; t < q.cols(); ++t) v.col(t) = (q.col(t) - q.col(t - 1)) / problem.dt;
+  return v;
+}
 
 Eigen::MatrixXd controls(const TrajectoryProblem& problem, const Eigen::MatrixXd& q) {
   const Eigen::Index T = problem.steps;

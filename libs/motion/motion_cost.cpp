@@ -8,6 +8,7 @@ namespace primo::motion {
 Result<std::unique_ptr<MotionCost>> MotionCost::create(const robot::Robot& robot, const PlanningScene& scene,
                                                        const Primitive& primitive, const Eigen::VectorXd& q_start) {
   std::unique_ptr<MotionCost> cost(new MotionCost(robot, primitive));
+  cost->q_start_ = q_start;
   for (const auto& task : primitive.tasks) {
     if (auto status = cost->add(scene, primitive, task, q_start); !status.ok()) {
       return status.error().at("task '" + task.name + "'");
@@ -37,10 +38,12 @@ Status MotionCost::add(const PlanningScene& scene, const Primitive& primitive, c
   term.late_from = std::clamp(static_cast<int>(std::ceil(late - 1e-9)), 1, primitive.steps);
   term.residual.resize(m);
   term.J.resize(m, robot_.joints());
+  if (term.variable->moving()) term.J_v.resize(m, robot_.joints());
   if (term.variable->departs_from_start()) {
     robot_.forward(q_start, kinematics_);
     term.departure.resize(m);
-    term.variable->evaluate({q_start, kinematics_, 0.0}, term.departure, nullptr);
+    const Eigen::VectorXd still = Eigen::VectorXd::Zero(robot_.joints());
+    term.variable->evaluate({q_start, kinematics_, 0.0, still, dt_}, term.departure, nullptr);
     term.departure -= term.target;
   }
   terms_.push_back(std::move(term));
@@ -70,41 +73,48 @@ void MotionCost::residual(Term& term, int t, const Configuration& at, bool with_
             : term.late_from == steps_ ? 1.0
                                        : static_cast<double>(t - term.late_from) / (steps_ - term.late_from);
   }
+  if (with_jacobian && term.variable->moving()) term.variable->velocity_jacobian(at, term.J_v);
   term.residual -= share * term.target;
   if (term.departure.size() > 0) term.residual -= (1 - at.phase) * term.departure;
   for (int row = 0; row < term.variable->size(); ++row) {
     if (term.variable->counts(row, at.phase)) continue;
     term.residual[row] = 0;
-    if (with_jacobian) term.J.row(row).setZero();
+    if (!with_jacobian) continue;
+    term.J.row(row).setZero();
+    if (term.variable->moving()) term.J_v.row(row).setZero();
   }
 }
 
-double MotionCost::evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) {
-  if (R) R->setZero();
-  if (r) r->setZero();
-  robot_.forward(q, kinematics_);
-  const Configuration at{q, kinematics_, static_cast<double>(t) / steps_};
-  double cost = 0;
+double MotionCost::evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, StageModel* model) {
   const int n = robot_.joints();
+  if (model) {
+    model->R_qq.setZero(n, n);
+    model->r_q.setZero(n);
+    model->moving = false;
+  }
+  robot_.forward(q, kinematics_);
+  const Configuration at{q, kinematics_, static_cast<double>(t) / steps_, v, dt_};
+  double cost = 0;
   for (auto& term : terms_) {
     const double rho = precision(term, t);
     if (rho <= 0) continue;
-    residual(term, t, at, R != nullptr);
+    residual(term, t, at, model != nullptr);
     cost += rho * term.residual.squaredNorm();
-    if (!R) continue;
+    if (!model) continue;
     if (term.variable->is_identity()) {
-      R->diagonal().array() += rho;
-      *r += rho * term.residual;
+      model->R_qq.diagonal().array() += rho;
+      model->r_q += rho * term.residual;
       continue;
     }
+    if (term.variable->moving()) add_moving(rho, term, *model);
     // Most rows touch few joints: skip the zeros.
     for (Eigen::Index row = 0; row < term.J.rows(); ++row) {
       const double* J = term.J.row(row).data();
       for (int j = 0; j < n; ++j) {
         if (J[j] == 0) continue;
         const double weighted = rho * J[j];
-        (*r)[j] += weighted * term.residual[row];
-        double* column = R->col(j).data();
+        model->r_q[j] += weighted * term.residual[row];
+        double* column = model->R_qq.col(j).data();
         for (int i = j; i < n; ++i) column[i] += weighted * J[i];
       }
     }
@@ -112,20 +122,42 @@ double MotionCost::evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R,
   return cost;
 }
 
+/// The blocks of R and r that belong to v.
+void MotionCost::add_moving(double rho, const Term& term, StageModel& model) const {
+  const int n = robot_.joints();
+  if (!model.moving) {
+    model.R_vq.setZero(n, n);
+    model.R_vv.setZero(n, n);
+    model.r_v.setZero(n);
+    model.moving = true;
+  }
+  model.R_vq.noalias() += rho * term.J_v.transpose() * term.J;
+  model.R_vv.noalias() += rho * term.J_v.transpose() * term.J_v;
+  model.r_v.noalias() += rho * term.J_v.transpose() * term.residual;
+}
+
+template <class F>
+void MotionCost::along(const Eigen::MatrixXd& q, F&& visit) {
+  for (int t = 1; t <= steps_; ++t) {
+    const Eigen::VectorXd q_t = q.col(t - 1);
+    const Eigen::VectorXd q_before = t == 1 ? q_start_ : Eigen::VectorXd(q.col(t - 2));
+    const Eigen::VectorXd v_t = (q_t - q_before) / dt_;
+    robot_.forward(q_t, kinematics_);
+    visit(Configuration{q_t, kinematics_, static_cast<double>(t) / steps_, v_t, dt_}, t);
+  }
+}
+
 std::vector<TaskCost> MotionCost::task_costs(const Eigen::MatrixXd& q) {
   std::vector<TaskCost> costs;
   for (const auto& term : terms_) costs.push_back({term.task->name, 0});
-  for (int t = 1; t <= steps_; ++t) {
-    const Eigen::VectorXd q_t = q.col(t - 1);
-    robot_.forward(q_t, kinematics_);
-    const Configuration at{q_t, kinematics_, static_cast<double>(t) / steps_};
+  along(q, [&](const Configuration& at, int t) {
     for (std::size_t i = 0; i < terms_.size(); ++i) {
       const double rho = precision(terms_[i], t);
       if (rho <= 0) continue;
       residual(terms_[i], t, at, false);
       costs[i].cost += rho * terms_[i].residual.squaredNorm();
     }
-  }
+  });
   return costs;
 }
 
@@ -134,19 +166,16 @@ std::string MotionCost::explain(std::size_t task, const Eigen::MatrixXd& q) {
   double worst = -1;
   std::string text;
   int worst_step = 0;
-  for (int t = 1; t <= steps_; ++t) {
-    const Eigen::VectorXd q_t = q.col(t - 1);
-    robot_.forward(q_t, kinematics_);
-    const Configuration at{q_t, kinematics_, static_cast<double>(t) / steps_};
+  along(q, [&](const Configuration& at, int t) {
     const double rho = precision(term, t);
-    if (rho <= 0) continue;
+    if (rho <= 0) return;
     residual(term, t, at, false);
     const double cost = rho * term.residual.squaredNorm();
-    if (cost <= worst) continue;
+    if (cost <= worst) return;
     worst = cost;
     worst_step = t;
     text = term.variable->explain(at);
-  }
+  });
   return "most at step " + std::to_string(worst_step) + (text.empty() ? "" : ", where " + text);
 }
 

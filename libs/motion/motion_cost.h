@@ -19,7 +19,7 @@ class MotionCost final : public StageCosts {
   static Result<std::unique_ptr<MotionCost>> create(const robot::Robot& robot, const PlanningScene& scene,
                                                     const Primitive& primitive, const Eigen::VectorXd& q_start);
 
-  double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) override;
+  double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, StageModel* model) override;
 
   /// The cost of each task over the path q (n × T), in the primitive's order.
   std::vector<TaskCost> task_costs(const Eigen::MatrixXd& q);
@@ -34,17 +34,25 @@ class MotionCost final : public StageCosts {
     Eigen::VectorXd departure;  // φ(q_0) − y* where the task departs from the start, else empty
     int late_from = 1;          // first late step
     Eigen::VectorXd residual;   // workspace
-    Jacobian J;                 // workspace
+    Jacobian J, J_v;            // workspace
   };
 
-  MotionCost(const robot::Robot& robot, const Primitive& primitive) : robot_(robot), steps_(primitive.steps) {}
+  MotionCost(const robot::Robot& robot, const Primitive& primitive)
+      : robot_(robot), steps_(primitive.steps), dt_(primitive.duration / primitive.steps) {}
   Status add(const PlanningScene& scene, const Primitive& primitive, const Task& task, const Eigen::VectorXd& q_start);
   double precision(const Term& term, int t) const;
   /// φ − y*_t into term.residual, rows that do not count zero; the Jacobian where asked for.
   void residual(Term& term, int t, const Configuration& at, bool with_jacobian) const;
 
+  void add_moving(double rho, const Term& term, StageModel& model) const;
+  /// Calls visit(configuration, t) at every step of the path.
+  template <class F>
+  void along(const Eigen::MatrixXd& q, F&& visit);
+
   const robot::Robot& robot_;
   const int steps_;
+  const double dt_;  // s
+  Eigen::VectorXd q_start_;
   std::vector<Term> terms_;
   robot::Kinematics kinematics_;
 };

@@ -49,6 +49,7 @@ struct PlanRequest {
   std::vector<double> q_start;      ///< rad
   Primitive primitive;
   bool want_gains = false;
+  Eigen::MatrixXd last;  ///< rad, rows q_0 … q_T' of the last plan; only start `last` needs it
 };
 
 struct TaskCost {

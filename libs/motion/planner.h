@@ -7,29 +7,28 @@
 #include <vector>
 
 #include "motion/plan.h"
+#include "motion/trajectory_problem.h"
 #include "robot/robot.h"
 
 namespace primo::motion {
 
-/// Stateless: one planner serves any number of threads, and plan() is a pure function of its arguments.
-class Planner {
- public:
-  virtual ~Planner() = default;
-  /// Never throws and never returns a value that is not finite. A request that cannot be planned (wrong sizes, unknown
-  /// target or task variable, a number that is not finite) gives status bad_input with the reason.
-  virtual Plan plan(const robot::Robot& robot, const PlanRequest& request) const = 0;
-};
+/// A solver of the optimal control problem, from a path q (n × T). A pure function; never throws, and gives nothing
+/// that is not finite unless the status is bad_input.
+using Solve = Solution (*)(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
+                           const SolverOptions& options);
 
 struct PlannerEntry {
   std::string name;  ///< what a primitive's `solver` says
   std::string help;
-  const Planner* planner;
+  Solve solve;
 };
 
 /// All planners, by name.
 const std::vector<PlannerEntry>& planners();
 
-/// Plans with the solver that the primitive names; an unknown one gives bad_input.
+/// Plans with the solver and the start that the primitive names. A pure function that any number of threads may call;
+/// never throws and never returns a value that is not finite. A request that cannot be planned (wrong sizes, unknown
+/// target or task variable, a number that is not finite) gives status bad_input with the reason.
 Plan plan(const robot::Robot& robot, const PlanRequest& request);
 
 }  // namespace primo::motion

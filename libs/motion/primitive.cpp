@@ -6,6 +6,7 @@
 
 #include "core/check.h"
 #include "motion/planner.h"
+#include "motion/start.h"
 #include "motion/task_variables.h"
 
 namespace primo::motion {
@@ -88,7 +89,11 @@ Status Primitive::validate() const {
   if (max_iterations < 1) return refuse(*this, "max_iterations: expected at least 1");
   if (!(tolerance >= 1e-12 && tolerance <= 1)) return refuse(*this, "tolerance: expected 1e-12 … 1 rad");
   if (!(control_rate >= 1e-9 && control_rate <= 1e9)) return refuse(*this, "control_rate: expected 1e-9 … 1e9");
-  if (start != "rest" && start != "ik") return refuse(*this, "start: '" + start + "', expected rest or ik");
+  std::string known;
+  for (const auto& entry : starts()) known += (known.empty() ? "" : ", ") + entry.name;
+  if (std::none_of(starts().begin(), starts().end(), [&](const auto& entry) { return entry.name == start; })) {
+    return refuse(*this, "start: '" + start + "', expected one of " + known);
+  }
   std::string solvers;
   for (const auto& entry : planners()) solvers += (solvers.empty() ? "" : ", ") + entry.name;
   if (std::none_of(planners().begin(), planners().end(), [&](const auto& entry) { return entry.name == solver; })) {

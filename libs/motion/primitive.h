@@ -58,14 +58,14 @@ struct Primitive {
   int steps = 64;         ///< T
   double duration = 4.0;  ///< s
   std::string solver = "gauss_newton";
-  std::string start = "ik";  ///< rest or ik
+  std::string start = "ik";  ///< an entry of starts()
   int max_iterations = 100;
   double tolerance = 1e-2;    ///< on the step, rad
   double control_rate = 1.0;  ///< H = control_rate · W · τ
   std::vector<Task> tasks;
 
   /// The open precisions as log10 ρ, in the order of tasks, early before late; and the same names: "position",
-  /// "fingers.late".
+  /// "fingers.early".
   std::vector<double> log_rho() const;
   std::vector<std::string> rho_names() const;
   /// The primitive with these log10 ρ. @pre size matches log_rho().
@@ -78,7 +78,7 @@ struct Primitive {
     v("steps", steps, {.help = "T", .min = 1, .max = 1000});
     v("duration", duration, {.unit = "s", .min = 0.05, .max = 60});
     v("solver", solver, {.help = "the planner"});
-    v("start", start, {.choices = {"rest", "ik"}});
+    v("start", start, {.help = "what the planner starts from", .choices = {"rest", "ik", "last", "best"}});
     v("max_iterations", max_iterations, {.min = 1, .max = 10000});
     v("tolerance", tolerance, {.help = "on the step", .unit = "rad", .min = 1e-12, .max = 1});
     v("control_rate", control_rate, {.help = "scales the joints' control weights", .min = 1e-9, .max = 1e9});

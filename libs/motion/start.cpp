@@ -1,10 +1,77 @@
 #include "motion/start.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "core/random.h"
 
 namespace primo::motion {
+namespace {
+
+constexpr int kInverseKinematicsIterations = 60;
+constexpr int kRandomGuesses = 3;
+
+Start ik_start(const TrajectoryProblem& problem, StageCosts& stages, const std::string& name,
+               const Eigen::VectorXd& q_guess) {
+  return {name, minimum_jerk(problem, inverse_kinematics(problem, stages, q_guess, kInverseKinematicsIterations))};
+}
+
+Result<Start> last_start(const TrajectoryProblem& problem, const Eigen::MatrixXd& last) {
+  if (last.rows() < 2 || last.cols() != problem.joints() || !last.allFinite()) {
+    return Error{Code::data, "start: 'last' needs the last plan, finite, of at least 2 rows of " +
+                                 std::to_string(problem.joints()) + " joints; this one has " +
+                                 std::to_string(last.rows()) + " rows of " + std::to_string(last.cols())};
+  }
+  Start start{"last", Eigen::MatrixXd(problem.joints(), problem.steps)};
+  const Eigen::VectorXd shift = problem.q_start - last.row(0).transpose();
+  for (int t = 1; t <= problem.steps; ++t) {
+    const double at = static_cast<double>(t) / problem.steps * static_cast<double>(last.rows() - 1);
+    const auto row = std::min(static_cast<Eigen::Index>(at), last.rows() - 2);
+    const double share = at - static_cast<double>(row);
+    start.q.col(t - 1) = ((1 - share) * last.row(row) + share * last.row(row + 1)).transpose() + shift;
+  }
+  return start;
+}
+
+/// From rest, by inverse kinematics from q_0 and from a few random configurations within the limits.
+std::vector<Start> several_starts(const TrajectoryProblem& problem, StageCosts& stages) {
+  std::vector<Start> starts = {ik_start(problem, stages, "ik", problem.q_start), {"rest", rest_start(problem)}};
+  for (std::uint64_t k = 1; k <= kRandomGuesses; ++k) {
+    Random random(0, "motion.start", {k});
+    Eigen::VectorXd q = problem.q_start;
+    for (Eigen::Index i = 0; i < problem.q_lower.size(); ++i)
+      q[i] = random.uniform(problem.q_lower[i], problem.q_upper[i]);
+    starts.push_back(ik_start(problem, stages, "ik_" + std::to_string(k), q));
+  }
+  return starts;
+}
+
+}  // namespace
+
+const std::vector<StartEntry>& starts() {
+  static const std::vector<StartEntry> table = {
+      {"rest", "standing still"},
+      {"ik", "minimum-jerk motion to where inverse kinematics by the same costs arrives"},
+      {"last", "the last plan, stretched to the steps and shifted to the start"},
+      {"best", "the best outcome of ik, rest and inverse kinematics from three random configurations"},
+  };
+  return table;
+}
+
+Result<std::vector<Start>> make_starts(const TrajectoryProblem& problem, StageCosts& stages, const std::string& name,
+                                       const Eigen::MatrixXd& last) {
+  if (name == "rest") return std::vector<Start>{{name, rest_start(problem)}};
+  if (name == "ik") return std::vector<Start>{ik_start(problem, stages, name, problem.q_start)};
+  if (name == "best") return several_starts(problem, stages);
+  if (name == "last") {
+    PRIMO_ASSIGN(auto start, last_start(problem, last));
+    return std::vector<Start>{std::move(start)};
+  }
+  return Error{Code::data, "start: no '" + name + "'"};
+}
 
 Eigen::MatrixXd rest_start(const TrajectoryProblem& problem) { return problem.q_start.replicate(1, problem.steps); }
 
@@ -18,21 +85,24 @@ Eigen::MatrixXd minimum_jerk(const TrajectoryProblem& problem, const Eigen::Vect
   return q;
 }
 
-Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts& stages, int max_iterations) {
+Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts& stages, const Eigen::VectorXd& q_guess,
+                                   int max_iterations) {
   const int n = problem.joints(), T = problem.steps;
   const double duration = T * problem.dt;
   // ∫ q̈² of the cubic from rest to a displacement d with a free final velocity is 3 d² / D³.
   const Eigen::VectorXd effort = 3 / (duration * duration * duration) * problem.H / problem.dt;
-  Eigen::VectorXd q = problem.q_start, r(n), trial_r(n);
-  Eigen::MatrixXd R(n, n), trial_R(n, n);
-  double cost = stages.evaluate(T, q, &R, &r);
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd q = q_guess;
+  StageModel model, trial;
+  double cost = stages.evaluate(T, q, still, &model);
   if (!std::isfinite(cost)) return q;
+  cost += effort.dot((q - problem.q_start).cwiseAbs2());
   double lambda = 1e-3, nu = 2;
   for (int iteration = 0; iteration < max_iterations && lambda < 1e12; ++iteration) {
-    Eigen::MatrixXd A = R;
+    Eigen::MatrixXd A = model.R_qq;
     A.diagonal() += effort;
     A.diagonal().array() += lambda;
-    const Eigen::VectorXd g = r + effort.cwiseProduct(q - problem.q_start);
+    const Eigen::VectorXd g = model.r_q + effort.cwiseProduct(q - problem.q_start);
     const Eigen::LLT<Eigen::MatrixXd> llt(A);
     Eigen::VectorXd delta = llt.info() == Eigen::Success ? Eigen::VectorXd(-llt.solve(g)) : Eigen::VectorXd();
     double trial_cost = std::numeric_limits<double>::infinity();
@@ -42,10 +112,9 @@ Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts&
       const double largest = delta.cwiseAbs().maxCoeff();
       if (largest > 1) delta /= largest;
       const Eigen::VectorXd q_trial = q + delta;
-      trial_cost =
-          stages.evaluate(T, q_trial, &trial_R, &trial_r) + effort.dot((q_trial - problem.q_start).cwiseAbs2());
+      trial_cost = stages.evaluate(T, q_trial, still, &trial) + effort.dot((q_trial - problem.q_start).cwiseAbs2());
     }
-    if (!(trial_cost < cost) || !trial_r.allFinite()) {
+    if (!(trial_cost < cost) || !trial.r_q.allFinite()) {
       lambda *= nu;
       nu *= 2;
       continue;
@@ -53,8 +122,7 @@ Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts&
     const double decrease = cost - trial_cost;
     q += delta;
     cost = trial_cost;
-    std::swap(R, trial_R);
-    std::swap(r, trial_r);
+    std::swap(model, trial);
     lambda = std::max(lambda / 3, 1e-9);
     nu = 2;
     if (delta.cwiseAbs().maxCoeff() < 1e-4 || decrease < 1e-6 * cost) break;

@@ -24,11 +24,13 @@ struct TaskSetup {
   std::map<std::string, double> parameters;  ///< complete: defaults filled in
 };
 
-/// A configuration with its kinematics, at a phase t/T of the motion.
+/// A configuration and how it was come to, with its kinematics, at a phase t/T of the motion.
 struct Configuration {
-  const Eigen::VectorXd& q;             ///< rad
+  const Eigen::VectorXd& q;             ///< q_t, rad
   const robot::Kinematics& kinematics;  ///< at q
   double phase = 0;                     ///< t/T in (0, 1]
+  const Eigen::VectorXd& v;             ///< v_t = (q_t − q_{t−1}) / τ, rad/s
+  double dt = 0;                        ///< τ, s
 };
 
 /// φ with its Jacobian. Immutable after construction.
@@ -37,8 +39,12 @@ class TaskVariable {
   virtual ~TaskVariable() = default;
   /// m, the number of rows.
   virtual int size() const = 0;
-  /// Writes φ (m) and, unless J is null, ∂φ/∂q (m × n) into *J. Finite for every finite q.
+  /// Writes φ (m) and, unless J is null, ∂φ/∂q at constant v (m × n) into *J. Finite for every finite q and v.
   virtual void evaluate(const Configuration& configuration, Eigen::Ref<Eigen::VectorXd> phi, Jacobian* J) const = 0;
+  /// Whether φ depends on v.
+  virtual bool moving() const { return false; }
+  /// Writes ∂φ/∂v (m × n) where φ depends on v.
+  virtual void velocity_jacobian(const Configuration& /*configuration*/, Jacobian& /*J_v*/) const {}
   /// Whether a row counts at this phase, beside the task's time profile.
   virtual bool counts(int /*row*/, double /*phase*/) const { return true; }
   /// Whether the target is approached linearly from φ(q_0) over the motion, for a start that already violates it.

@@ -1,8 +1,8 @@
 // The optimal control problem that every planner solves, free of robots: joint-space second-order dynamics and a sum of
 // squares.
-//   minimise over q_1 … q_T:  Σ_{t=0}^{T−1} u_tᵀ H u_t + Σ_{t=1}^{T} Φ_t(q_t)ᵀ Φ_t(q_t)      (paper, eq. 1)
-//   u_t = (q_{t+1} − 2 q_t + q_{t−1}) / τ²,  q_{−1} = q_0 − τ v_0,
-// which is x⁺ = [I τI; 0 I] x + [τ²I; τI] u for x = (q, q̇).
+//   minimise over q_1 … q_T:  Σ_{t=0}^{T−1} u_tᵀ H u_t + Σ_{t=1}^{T} Φ_t(x_t)ᵀ Φ_t(x_t)      (paper, eq. 1)
+//   x_t = (q_t, v_t),  v_t = (q_t − q_{t−1}) / τ,  u_t = (v_{t+1} − v_t) / τ,
+// which is x⁺ = [I τI; 0 I] x + [τ²I; τI] u.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,20 +13,31 @@
 
 namespace primo::motion {
 
+/// The Gauss–Newton model of one step's tasks over x = (q, v): R = JᵀJ and r = Jᵀ Φ, by blocks.
+struct StageModel {
+  Eigen::MatrixXd R_qq;  ///< n × n, lower triangle
+  Eigen::VectorXd r_q;   ///< n
+  bool moving = false;   ///< whether Φ depends on v; what follows means nothing otherwise
+  Eigen::MatrixXd R_vq;  ///< n × n
+  Eigen::MatrixXd R_vv;  ///< n × n, lower triangle
+  Eigen::VectorXd r_v;   ///< n
+};
+
 /// The sum of squares of each step. Implementations may keep a workspace: one object serves one solve at a time.
 class StageCosts {
  public:
   virtual ~StageCosts() = default;
-  /// Φ_t(q)ᵀ Φ_t(q) for t = 1 … T. Unless they are null, also writes R = JᵀJ (n × n, lower triangle) and r = Jᵀ Φ (n).
-  virtual double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) = 0;
+  /// Φ_t(q, v)ᵀ Φ_t(q, v) for t = 1 … T; also writes the model unless that is null.
+  virtual double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, StageModel* model) = 0;
 };
 
 struct TrajectoryProblem {
-  int steps = 1;            ///< T ≥ 1
-  double dt = 0.1;          ///< τ, s
-  Eigen::VectorXd H;        ///< diagonal of the control cost, positive: τ · rate · W
-  Eigen::VectorXd q_start;  ///< q_0, rad
-  Eigen::VectorXd v_start;  ///< q̇_0, rad/s
+  int steps = 1;                               ///< T ≥ 1
+  double dt = 0.1;                             ///< τ, s
+  Eigen::VectorXd H;                           ///< diagonal of the control cost, positive: τ · rate · W
+  Eigen::VectorXd q_start;                     ///< q_0, rad
+  Eigen::VectorXd v_start;                     ///< v_0, rad/s
+  Eigen::VectorXd q_lower = {}, q_upper = {};  ///< rad, for solvers with hard limits; empty: none
 
   int joints() const { return static_cast<int>(q_start.size()); }
 };
@@ -46,8 +57,11 @@ struct Solution {
   double gradient_norm = 0;  ///< ‖½ ∂cost/∂q‖∞ where the solver stopped
   double lambda = 0;
   double last_step = 0;            ///< rad, largest entry of the last accepted step
-  std::vector<Eigen::MatrixXd> R;  ///< T Gauss–Newton Hessians JᵀJ at the solution, lower triangles
+  std::vector<StageModel> models;  ///< T, of the stages at the solution
 };
+
+/// v_t for t = 1 … T (n × T), rad/s.
+Eigen::MatrixXd velocities(const TrajectoryProblem& problem, const Eigen::MatrixXd& q);
 
 /// u_t for t = 0 … T−1 (n × T), rad/s².
 Eigen::MatrixXd controls(const TrajectoryProblem& problem, const Eigen::MatrixXd& q);
@@ -60,7 +74,7 @@ double control_cost(const TrajectoryProblem& problem, const Eigen::MatrixXd& q);
 Solution gauss_newton(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
                       const SolverOptions& options);
 
-/// Feedback gains around a solution by the Riccati recursion on R_t and H: u_t = û_t + K_t (x_t − x̂_t), x = (q, q̇).
-Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, const std::vector<Eigen::MatrixXd>& R);
+/// Feedback gains around a solution by the Riccati recursion on R_t and H: u_t = û_t + K_t (x_t − x̂_t), x = (q, v).
+Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, const std::vector<StageModel>& models);
 
 }  // namespace primo::motion

@@ -209,6 +209,37 @@ TEST(Planner, OneStepIsEnough) {
   }
 }
 
+TEST(Planner, StartedFromItsLastPlanStopsAtOnce) {
+  auto asked = request(1, hand_tuned());
+  asked.primitive.tolerance = 1e-6;
+  asked.primitive.max_iterations = 1000;
+  const Plan first = plan(schunk(), asked);
+  asked.primitive.start = "last";
+  asked.primitive.tolerance = 1e-2;
+  EXPECT_EQ(plan(schunk(), asked).status, PlanStatus::bad_input);  // there is none
+  asked.last = first.trajectory.q;
+  const Plan again = plan(schunk(), asked);
+  EXPECT_EQ(again.start, "last");
+  EXPECT_LE(again.iterations, 1);  // where a finger's proximity begins the cost has a kink: steps are rejected there
+  EXPECT_LT((again.trajectory.q - first.trajectory.q).cwiseAbs().maxCoeff(), 1e-2);
+  asked.primitive.steps = 100;  // stretched
+  EXPECT_LT(plan(schunk(), asked).iterations, 15);
+}
+
+TEST(Planner, TheBestOfSeveralStartsCostsNoMoreThanAnyOne) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    auto asked = request(seed, hand_tuned());
+    asked.primitive.start = "best";
+    const Plan best = plan(schunk(), asked);
+    for (const std::string start : {"rest", "ik"}) {
+      asked.primitive.start = start;
+      const Plan one = plan(schunk(), asked);
+      EXPECT_EQ(one.start, start);
+      EXPECT_LE(best.cost_final, one.cost_final) << seed;
+    }
+  }
+}
+
 void expect_refused(const PlanRequest& asked, const std::string& said) {
   const Plan answer = plan(schunk(), asked);
   EXPECT_EQ(answer.status, PlanStatus::bad_input);

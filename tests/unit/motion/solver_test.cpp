@@ -11,16 +11,26 @@
 namespace primo::motion {
 namespace {
 
-/// Φ_t(q) = J_t q − y_t, scaled: everything is known about it.
+/// Φ_t(q, v) = J_t q + K_t v − y_t, scaled: everything is known about it. No K: nothing depends on v.
 class LinearStages final : public StageCosts {
  public:
-  std::vector<Eigen::MatrixXd> J;  // by t − 1
+  std::vector<Eigen::MatrixXd> J, K;  // by t − 1
   std::vector<Eigen::VectorXd> y;
   double scale = 1;
-  double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) override {
-    const Eigen::VectorXd phi = J[t - 1] * q - y[t - 1];
-    if (R) *R = scale * J[t - 1].transpose() * J[t - 1];
-    if (r) *r = scale * J[t - 1].transpose() * phi;
+  double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, StageModel* model) override {
+    const Eigen::MatrixXd& Jt = J[t - 1];
+    Eigen::VectorXd phi = Jt * q - y[t - 1];
+    if (!K.empty()) phi += K[t - 1] * v;
+    if (model) {
+      model->R_qq = scale * Jt.transpose() * Jt;
+      model->r_q = scale * Jt.transpose() * phi;
+      model->moving = !K.empty();
+      if (model->moving) {
+        model->R_vq = scale * K[t - 1].transpose() * Jt;
+        model->R_vv = scale * K[t - 1].transpose() * K[t - 1];
+        model->r_v = scale * K[t - 1].transpose() * phi;
+      }
+    }
     return scale * phi.squaredNorm();
   }
 };
@@ -29,12 +39,14 @@ class LinearStages final : public StageCosts {
 class CurvedStages final : public StageCosts {
  public:
   double scale = 1;
-  double evaluate(int t, const Eigen::VectorXd& q, Eigen::MatrixXd* R, Eigen::VectorXd* r) override {
+  double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd&, StageModel* model) override {
     const Eigen::Vector2d phi(3 * (std::sin(q[0]) + q[1] * q[1] - 0.1 * t), q[0] * q[1] - 0.5);
     Eigen::Matrix2d J;
     J << 3 * std::cos(q[0]), 6 * q[1], q[1], q[0];
-    if (R) *R = scale * J.transpose() * J;
-    if (r) *r = scale * J.transpose() * phi;
+    if (model) {
+      model->R_qq = scale * J.transpose() * J;
+      model->r_q = scale * J.transpose() * phi;
+    }
     return scale * phi.squaredNorm();
   }
 };
@@ -80,6 +92,13 @@ LinearStages make_linear(int n, int T, double decades, std::uint64_t seed) {
   return stages;
 }
 
+/// The same with tasks that depend on velocities too.
+LinearStages make_moving(int n, int T, double decades, std::uint64_t seed) {
+  LinearStages stages = make_linear(n, T, decades, seed);
+  stages.K = make_linear(n, T, decades, seed + 1000).J;
+  return stages;
+}
+
 /// The exact minimum of a linear problem as one dense least-squares problem, in long double.
 Eigen::MatrixXd dense_solution(const TrajectoryProblem& problem, const LinearStages& stages) {
   using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
@@ -101,6 +120,14 @@ Eigen::MatrixXd dense_solution(const TrajectoryProblem& problem, const LinearSta
     }
     A.block(n * T + 3 * t, t * n, 3, n) = stages.J[t].cast<long double>();
     b.segment(n * T + 3 * t, 3) = stages.y[t].cast<long double>();
+    if (stages.K.empty()) continue;
+    const Matrix K = stages.K[t].cast<long double>() / tau;  // v_t = (q_t − q_{t−1}) / τ
+    A.block(n * T + 3 * t, t * n, 3, n) += K;
+    if (t > 0) {
+      A.block(n * T + 3 * t, (t - 1) * n, 3, n) = -K;
+    } else {
+      b.segment(n * T, 3) += K * problem.q_start.cast<long double>();
+    }
   }
   const Vector x = A.householderQr().solve(b);
   return Eigen::Map<const Matrix>(x.data(), n, T).cast<double>();
@@ -157,6 +184,18 @@ TEST(GaussNewton, SolvesLinearTasksInOneStepAsADenseSolverDoes) {
   }
 }
 
+TEST(GaussNewton, SolvesLinearTasksOnVelocitiesInOneStepAsADenseSolverDoes) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto problem = make_problem(4, 12, seed);
+    auto stages = make_moving(4, 12, 6, seed);
+    auto options = exact();
+    options.max_iterations = 1;
+    const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, 12), options);
+    EXPECT_EQ(solution.iterations, 1);
+    EXPECT_LT((solution.q - dense_solution(problem, stages)).cwiseAbs().maxCoeff(), 1e-7) << seed;
+  }
+}
+
 TEST(GaussNewton, IsAccurateWithPrecisionsOverTwelveDecades) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     const auto problem = make_problem(4, 12, seed);
@@ -191,12 +230,12 @@ LinearStages point_mass_stages(int T, double rho) {
 TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
   const int T = 50;
   const double rho = 1e2;
-  TrajectoryProblem problem{T, 0.05, scalar(0.05), scalar(1), scalar(1)};
+  const TrajectoryProblem problem{T, 0.05, scalar(0.05), scalar(1), scalar(1), {}, {}};
   auto stages = point_mass_stages(T, rho);
   const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, T), exact());
   std::vector<Eigen::RowVector2d> K;
   point_mass_gains(problem.dt, problem.H[0], rho, T, K);
-  const auto gains = riccati_gains(problem, solution.q, solution.R);
+  const auto gains = riccati_gains(problem, solution.q, solution.models);
   Eigen::Vector2d x(1, 1);
   for (int t = 0; t < T; ++t) {
     EXPECT_LT((gains.K[t] - K[t]).norm(), 1e-8 * K[t].norm() + 1e-10) << t;
@@ -211,9 +250,11 @@ TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
 TEST(RiccatiGains, OfALongHorizonSolveTheDiscreteAlgebraicRiccatiEquation) {
   const int T = 2000;
   const double tau = 0.05, h = 0.05, rho = 1e2;
-  TrajectoryProblem problem{T, tau, scalar(h), scalar(1), scalar(0)};
-  const std::vector<Eigen::MatrixXd> R(T, Eigen::MatrixXd::Constant(1, 1, rho));
-  const auto gains = riccati_gains(problem, Eigen::MatrixXd::Ones(1, T), R);
+  const TrajectoryProblem problem{T, tau, scalar(h), scalar(1), scalar(0), {}, {}};
+  StageModel stage;
+  stage.R_qq = Eigen::MatrixXd::Constant(1, 1, rho);
+  const std::vector<StageModel> models(T, stage);
+  const auto gains = riccati_gains(problem, Eigen::MatrixXd::Ones(1, T), models);
   // The stationary P by the structure-preserving doubling algorithm.
   Eigen::Matrix2d A, I = Eigen::Matrix2d::Identity(), P = Eigen::Matrix2d::Zero();
   A << 1, tau, 0, 1;
@@ -231,16 +272,14 @@ TEST(RiccatiGains, OfALongHorizonSolveTheDiscreteAlgebraicRiccatiEquation) {
   EXPECT_LT((gains.K[0] - K).norm(), 1e-9 * K.norm());
 }
 
-TEST(RiccatiGains, AreTheSlopesOfTheFirstControl) {
-  const int n = 3, T = 10;
+void expect_gains_are_slopes(LinearStages stages, int n, int T) {
   auto problem = make_problem(n, T, 4);
-  auto stages = make_linear(n, T, 4, 4);
   const auto solve = [&](const TrajectoryProblem& changed) {
     const auto solution = gauss_newton(changed, stages, changed.q_start.replicate(1, T), exact());
     return Eigen::VectorXd(controls(changed, solution.q).col(0));
   };
   const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, T), exact());
-  const auto gains = riccati_gains(problem, solution.q, solution.R);
+  const auto gains = riccati_gains(problem, solution.q, solution.models);
   EXPECT_LT((gains.k[0] - solve(problem)).norm(), 1e-9);
   for (int i = 0; i < 2 * n; ++i) {
     auto ahead = problem, behind = problem;
@@ -251,10 +290,15 @@ TEST(RiccatiGains, AreTheSlopesOfTheFirstControl) {
   }
 }
 
+TEST(RiccatiGains, AreTheSlopesOfTheFirstControl) {
+  expect_gains_are_slopes(make_linear(3, 10, 4, 4), 3, 10);
+  expect_gains_are_slopes(make_moving(3, 10, 4, 4), 3, 10);
+}
+
 TEST(GaussNewton, RestToRestTendsToTheCubicAsStepsShrink) {
   double before = 1;
   for (const int T : {20, 40, 80, 160}) {
-    TrajectoryProblem problem{T, 1.0 / T, scalar(1.0 / T), scalar(0), scalar(0)};
+    const TrajectoryProblem problem{T, 1.0 / T, scalar(1.0 / T), scalar(0), scalar(0), {}, {}};
     LinearStages stages;
     stages.J.assign(T, Eigen::MatrixXd::Zero(1, 1));
     stages.y.assign(T, scalar(0));

@@ -13,10 +13,13 @@ const PlanningScene& scene() {
   return scene;
 }
 
+const Eigen::VectorXd kStill = Eigen::VectorXd::Zero(14);
+constexpr double kStep = 4.0 / 64;  // s
+
 Eigen::VectorXd value(const TaskVariable& variable, const Eigen::VectorXd& q, double phase) {
   const auto kinematics = schunk().forward(q);
   Eigen::VectorXd phi(variable.size());
-  variable.evaluate({q, kinematics, phase}, phi, nullptr);
+  variable.evaluate({q, kinematics, phase, kStill, kStep}, phi, nullptr);
   return phi;
 }
 
@@ -39,7 +42,7 @@ Eigen::VectorXd near_target(std::uint64_t i) {
 }
 
 TEST(TaskVariables, JacobiansAgreeWithCentralDifferences) {
-  constexpr double kStep = 1e-6;
+  constexpr double kDifference = 1e-6;
   const int n = schunk().joints();
   for (const auto& entry : task_variables()) {
     const auto variable = entry.create({schunk(), scene(), complete_parameters(entry, {}).value()});
@@ -51,10 +54,10 @@ TEST(TaskVariables, JacobiansAgreeWithCentralDifferences) {
       const auto kinematics = schunk().forward(q);
       Eigen::VectorXd phi(variable->size());
       Jacobian J = Jacobian::Constant(variable->size(), n, 1e9);
-      variable->evaluate({q, kinematics, phase}, phi, &J);
+      variable->evaluate({q, kinematics, phase, kStill, kStep}, phi, &J);
       ASSERT_EQ(phi, value(*variable, q, phase)) << entry.name;
       for (int j = 0; j < n; ++j) {
-        const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, j);
+        const Eigen::VectorXd step = kDifference * Eigen::VectorXd::Unit(n, j);
         const Eigen::VectorXd ahead = value(*variable, q + step, phase), behind = value(*variable, q - step, phase);
         // Hinges have kinks where one-sided slopes differ; the Jacobian is that of one side there.
         if ((ahead - 2 * phi + behind).cwiseAbs().maxCoeff() > 1e-8) {
@@ -63,7 +66,7 @@ TEST(TaskVariables, JacobiansAgreeWithCentralDifferences) {
         }
         ++compared;
         nonzero += J.col(j).norm() > 1e-6;
-        ASSERT_LT((J.col(j) - (ahead - behind) / (2 * kStep)).norm(), 2e-4 * (1 + J.col(j).norm()))
+        ASSERT_LT((J.col(j) - (ahead - behind) / (2 * kDifference)).norm(), 2e-4 * (1 + J.col(j).norm()))
             << entry.name << " configuration " << i << " joint " << j;
       }
     }
