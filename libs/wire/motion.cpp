@@ -104,6 +104,7 @@ msg::PlanRequest to_wire(const motion::PlanRequest& request) {
   out.q_start(request.q_start);
   out.primitive(to_wire(request.primitive));
   out.want_gains(request.want_gains);
+  out.last(to_wire(request.last));
   return out;
 }
 
@@ -117,6 +118,7 @@ Result<motion::PlanRequest> from_wire(const msg::PlanRequest& message) {
   out.q_start = message.q_start();
   PRIMO_ASSIGN(out.primitive, from_wire(message.primitive()));
   out.want_gains = message.want_gains();
+  PRIMO_ASSIGN(out.last, from_wire("last", message.last()));
   return out;
 }
 

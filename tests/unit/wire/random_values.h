@@ -142,7 +142,7 @@ class Draw {
     }
     return out;
   }
-  motion::PlanRequest plan_request() { return {estimate(), words(), reals(14), primitive(), coin()}; }
+  motion::PlanRequest plan_request() { return {estimate(), words(), reals(14), primitive(), coin(), matrix(integer(0, 5), 14)}; }
   motion::Plan plan() {
     motion::Plan out;
     out.status = static_cast<motion::PlanStatus>(integer(0, 5));
