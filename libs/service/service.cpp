@@ -148,7 +148,13 @@ Context::~Context() { impl_->end_signals(); }
 
 bus::Participant& Context::participant() { return impl_->participant; }
 bus::StatusPublisher& Context::status() { return *impl_->status; }
-bus::StatusWatcher& Context::watcher() { return *impl_->watcher; }
+Result<bus::StatusWatcher*> Context::watcher() {
+  if (!impl_->watcher) {
+    const std::chrono::milliseconds lease(impl_->common.lease_ms);
+    PRIMO_ASSIGN(impl_->watcher, bus::StatusWatcher::create(impl_->participant, lease));
+  }
+  return impl_->watcher.get();
+}
 spdlog::logger& Context::log() { return *impl_->logger; }
 const std::string& Context::name() const { return impl_->name; }
 const Common& Context::common() const { return impl_->common; }
@@ -220,8 +226,6 @@ Result<std::unique_ptr<Context>> make_context(const Launch& launch, const std::s
     raw->stop.request_stop();
   };
   PRIMO_ASSIGN(impl->status, bus::StatusPublisher::create(impl->participant, std::move(status)));
-  PRIMO_ASSIGN(impl->watcher,
-               bus::StatusWatcher::create(impl->participant, std::chrono::milliseconds(common.lease_ms)));
   impl->participant.on_problem([weak = std::weak_ptr(impl->status)](const std::string& problem) {
     if (const auto publisher = weak.lock()) publisher->set_error(problem);
   });

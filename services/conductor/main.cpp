@@ -68,7 +68,8 @@ class Conductor {
   Status run_study(const study::Study& study, const fs::path& directory, const std::function<bool()>& stopping) {
     context_.log().info("study {} in {}", study.id(), directory.string());
     const graph::Waiting waiting{stopping, [this](const std::string& text) { context_.waiting_for(text); }};
-    PRIMO_ASSIGN(auto workers, graph::DdsWorkers::create(context_.participant(), context_.watcher(), waiting, client_));
+    PRIMO_ASSIGN(auto* watcher, context_.watcher());
+    PRIMO_ASSIGN(auto workers, graph::DdsWorkers::create(context_.participant(), *watcher, waiting, client_));
     const auto on_progress = [this](const study::Progress& state) {
       if (const auto status = progress_.publish(state); !status.ok()) context_.log().warn("{}", status.error().message);
     };

@@ -84,7 +84,8 @@ Status run(const OptimizerConfig& config, service::Context& context) {
   client.attempts = config.attempts;
   const graph::Waiting waiting{[&] { return context.stopping() || desk.replaced(in_hand); },
                                [&](const std::string& text) { context.waiting_for(text); }};
-  PRIMO_ASSIGN(auto evaluator, graph::DdsEvaluator::create(context.participant(), context.watcher(), waiting, client));
+  PRIMO_ASSIGN(auto* watcher, context.watcher());
+  PRIMO_ASSIGN(auto evaluator, graph::DdsEvaluator::create(context.participant(), *watcher, waiting, client));
 
   context.status().set_state(bus::State::idle);
   for (std::uint64_t change = 0; !context.stopping();) {

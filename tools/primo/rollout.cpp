@@ -1,12 +1,16 @@
 // primo plan, judge, rollout: one scenario in this process: see it, plan in what is seen, judge in what is true.
 #include "study/rollout.h"
 
+#include <chrono>
 #include <iostream>
 #include <memory>
 
 #include "core/files.h"
+#include "motion/measures.h"
 #include "motion/planner.h"
+#include "motion/start.h"
 #include "physics/judge.h"
+#include "physics/picture.h"
 #include "primo/layout.h"
 #include "primo/trajectory_json.h"
 #include "primo/verbs.h"
@@ -17,7 +21,8 @@ namespace primo::tool {
 namespace {
 
 struct Options {
-  std::string scenario, robot, primitive, plan, output, mode = "final_pose";
+  std::string scenario, robot, primitive, solver, start, trajectory, output, picture, mode = "final_pose";
+  int max_iterations = 0;  // 0: the primitive's
   std::uint64_t seed = 1;
   bool json = false;
 };
@@ -27,6 +32,17 @@ struct Ground {
   robot::Robot robot;
   scene::Scenario scenario;
 };
+
+/// A plan with what it was made from.
+struct Planned {
+  study::Rollout rollout;
+  motion::Plan plan;
+  double milliseconds = 0;  ///< of planning alone
+};
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
 
 Result<Ground> prepare(const Options& options) {
   std::filesystem::path file = options.robot;
@@ -42,29 +58,49 @@ Result<Ground> prepare(const Options& options) {
 }
 
 Result<motion::Primitive> primitive_of(const Options& options) {
-  if (!options.primitive.empty()) return motion::read_primitive(options.primitive);
-  PRIMO_ASSIGN(const Layout layout, find_layout());
-  return motion::read_primitive(layout.root / "configs" / "primitives" / "grasp_hand_tuned.yaml");
+  std::filesystem::path file = options.primitive;
+  if (file.empty()) {
+    PRIMO_ASSIGN(const Layout layout, find_layout());
+    file = layout.root / "configs" / "primitives" / "grasp_hand_tuned.yaml";
+  }
+  PRIMO_ASSIGN(auto primitive, motion::read_primitive(file));
+  if (!options.solver.empty()) primitive.solver = options.solver;
+  if (!options.start.empty()) primitive.start = options.start;
+  if (options.max_iterations > 0) primitive.max_iterations = options.max_iterations;
+  return primitive;
 }
 
 physics::Mode mode_of(const Options& options) {
   return options.mode == "execute" ? physics::Mode::execute : physics::Mode::final_pose;
 }
 
-Result<study::Rollout> rollout_of(const Options& options, const Ground& ground) {
-  study::Rollout rollout;
+/// Sees the scenario and plans in what is seen.
+Result<Planned> plan_in(const Options& options, const Ground& ground) {
+  Planned planned;
+  study::Rollout& rollout = planned.rollout;
   rollout.scenario = ground.scenario;
   PRIMO_ASSIGN(rollout.primitive, primitive_of(options));
   PRIMO_ASSIGN(rollout.estimate, study::observe_scenario(ground.scenario));
   rollout.judge_seed = options.seed;
   rollout.mode = mode_of(options);
-  return rollout;
+  auto request = study::plan_request(rollout);
+  request.want_gains = request.want_gains || !options.output.empty();
+  const auto begin = std::chrono::steady_clock::now();
+  planned.plan = motion::plan(ground.robot, request);
+  planned.milliseconds = milliseconds_since(begin);
+  return planned;
 }
 
-/// Into the file, where one was asked for; JSON or the sentence to the terminal.
-Status put(const Options& options, const nlohmann::ordered_json& json, const std::string& sentence) {
-  if (!options.output.empty()) PRIMO_TRY(write_file(options.output, json.dump() + "\n"));
+void print(const Options& options, const nlohmann::ordered_json& json, const std::string& sentence) {
   std::cout << (options.json ? json.dump() : sentence) << "\n";
+}
+
+/// Into the files that were asked for: the trajectory, the picture.
+Status write_files(const Options& options, const Ground& ground, const motion::Plan& plan) {
+  if (!study::has_trajectory(plan)) return success();
+  if (!options.output.empty()) PRIMO_TRY(write_file(options.output, trajectory_json(plan).dump() + "\n"));
+  if (!options.picture.empty())
+    PRIMO_TRY(physics::render_motion_png(options.picture, ground.robot, ground.scenario, plan.trajectory.q));
   return success();
 }
 
@@ -91,55 +127,89 @@ Status check_plan(const motion::Plan& plan) {
   return Error{Code::failed, "no plan: " + plan.reason};
 }
 
+nlohmann::ordered_json plan_json(const Ground& ground, const Planned& planned) {
+  const auto measures = motion::measure(ground.robot, study::plan_request(planned.rollout), planned.plan);
+  return to_json(planned.plan, measures, planned.milliseconds);
+}
+
 Status plan(const Options& options) {
-  PRIMO_ASSIGN(const Ground ground, prepare(options));
-  PRIMO_ASSIGN(const auto rollout, rollout_of(options, ground));
-  const auto plan = motion::plan(ground.robot, study::plan_request(rollout));
-  PRIMO_TRY(put(options, to_json(plan), sentence_of(plan)));
-  return check_plan(plan);
+  PRIMO_ASSIGN(Ground ground, prepare(options));
+  ground.scenario.camera_seed = options.seed;
+  PRIMO_ASSIGN(const auto planned, plan_in(options, ground));
+  print(options, plan_json(ground, planned), sentence_of(planned.plan));
+  PRIMO_TRY(write_files(options, ground, planned.plan));
+  return check_plan(planned.plan);
+}
+
+Result<physics::Verdict> verdict_of(const Ground& ground, const physics::JudgeRequest& request, double& milliseconds) {
+  const physics::Judge judge(ground.robot);
+  const auto begin = std::chrono::steady_clock::now();
+  auto verdict = judge.evaluate(request);
+  milliseconds = milliseconds_since(begin);
+  return verdict;
 }
 
 Status judge(const Options& options) {
-  PRIMO_ASSIGN(Ground ground, prepare(options));
-  PRIMO_ASSIGN(const std::string text, read_file(options.plan));
+  PRIMO_ASSIGN(const Ground ground, prepare(options));
+  PRIMO_ASSIGN(const std::string text, read_file(options.trajectory));
   const auto plan = plan_from_json(text);
-  if (!plan.ok()) return plan.error().at(options.plan);
+  if (!plan.ok()) return plan.error().at(options.trajectory);
   if (plan->trajectory.joints != ground.robot.joint_names()) {
-    return Error{Code::data, options.plan + ": 'trajectory.joints' are not the joints of " + ground.robot.name() +
+    return Error{Code::data, options.trajectory + ": its joints are not those of " + ground.robot.name() +
                                  " in its robot file's order"};
   }
   study::Rollout rollout;
   rollout.scenario = ground.scenario;
   rollout.judge_seed = options.seed;
   rollout.mode = mode_of(options);
-  const auto verdict = physics::Judge(std::move(ground.robot)).evaluate(study::judge_request(rollout, *plan));
+  double milliseconds = 0;
+  const auto verdict = verdict_of(ground, study::judge_request(rollout, *plan), milliseconds);
   if (!verdict.ok()) return verdict.error();
-  return put(options, to_json(*verdict), sentence_of(*verdict));
+  print(options, to_json(*verdict, milliseconds), sentence_of(*verdict));
+  return write_files(options, ground, *plan);
 }
 
 Status rollout(const Options& options) {
-  PRIMO_ASSIGN(Ground ground, prepare(options));
-  PRIMO_ASSIGN(const auto rollout, rollout_of(options, ground));
-  const auto plan = motion::plan(ground.robot, study::plan_request(rollout));
-  PRIMO_TRY(check_plan(plan));
+  PRIMO_ASSIGN(const Ground ground, prepare(options));
+  PRIMO_ASSIGN(const auto planned, plan_in(options, ground));
+  PRIMO_TRY(check_plan(planned.plan));
+  double milliseconds = 0;
   PRIMO_ASSIGN(const auto verdict,
-               physics::Judge(std::move(ground.robot)).evaluate(study::judge_request(rollout, plan)));
-  return put(options, {{"plan", to_json(plan)}, {"verdict", to_json(verdict)}},
-             sentence_of(plan) + "\n" + sentence_of(verdict));
+               verdict_of(ground, study::judge_request(planned.rollout, planned.plan), milliseconds));
+  print(options, {{"plan", plan_json(ground, planned)}, {"verdict", to_json(verdict, milliseconds)}},
+        sentence_of(planned.plan) + "\n" + sentence_of(verdict));
+  return write_files(options, ground, planned.plan);
 }
 
 void add_judging(CLI::App& verb, Options& options) {
-  verb.add_option("--seed", options.seed, "of the jiggle")->capture_default_str();
   verb.add_option("--mode", options.mode, "judge the final pose, or execute the whole motion in physics")
       ->check(CLI::IsMember({"final_pose", "execute"}))
       ->capture_default_str();
 }
 
-void add_common(CLI::App& verb, Options& options) {
-  verb.add_option("scenario", options.scenario, "scenario file")->required();
+void add_planning(CLI::App& verb, Options& options) {
+  const auto choice = [&](const std::string& flag, std::string& value, const auto& table) {
+    std::string help = "instead of the primitive's:";
+    std::vector<std::string> names;
+    for (const auto& entry : table) {
+      names.push_back(entry.name);
+      help += "\n  " + entry.name + ": " + entry.help;
+    }
+    verb.add_option(flag, value, help)->check(CLI::IsMember(names).description(""))->type_name("NAME");
+  };
+  verb.add_option("--primitive", options.primitive, "primitive file (default: the hand-tuned grasp)");
+  choice("--solver", options.solver, motion::planners());
+  choice("--start", options.start, motion::starts());
+  verb.add_option("--max-iterations", options.max_iterations, "instead of the primitive's")
+      ->check(CLI::Range(1, 10000));
+}
+
+void add_common(CLI::App& verb, Options& options, const std::string& seeds) {
+  verb.add_option("scenario,--scenario", options.scenario, "scenario file")->required();
   verb.add_option("--robot", options.robot, "robot file (default: the Schunk arm)");
-  verb.add_option("-o,--output", options.output, "write JSON to this file");
-  verb.add_flag("--json", options.json, "print JSON");
+  verb.add_option("--seed", options.seed, seeds)->capture_default_str();
+  verb.add_option("--png", options.picture, "draw the motion into this file");
+  verb.add_flag("--json", options.json, "print one JSON object");
 }
 
 }  // namespace
@@ -147,25 +217,27 @@ void add_common(CLI::App& verb, Options& options) {
 void add_plan(CLI::App& app, int& exit) {
   const auto options = std::make_shared<Options>();
   auto* verb = app.add_subcommand("plan", "plans a primitive in a scenario, in this process");
-  add_common(*verb, *options);
-  verb->add_option("--primitive", options->primitive, "primitive file (default: the hand-tuned grasp)");
+  add_common(*verb, *options, "of the depth camera's noise");
+  add_planning(*verb, *options);
+  verb->add_option("-o,--out", options->output, "write the trajectory and its gains to this file, as JSON");
   verb->callback([options, &exit] { exit = report(plan(*options)); });
 }
 
 void add_judge(CLI::App& app, int& exit) {
   const auto options = std::make_shared<Options>();
-  auto* verb = app.add_subcommand("judge", "judges a plan that primo plan -o wrote, in this process");
-  add_common(*verb, *options);
-  verb->add_option("plan", options->plan, "plan as JSON")->required();
+  auto* verb = app.add_subcommand("judge", "judges a trajectory that primo plan --out wrote, in this process");
+  add_common(*verb, *options, "of the jiggle");
+  verb->add_option("trajectory,--trajectory", options->trajectory, "trajectory file")->required();
   add_judging(*verb, *options);
   verb->callback([options, &exit] { exit = report(judge(*options)); });
 }
 
 void add_rollout(CLI::App& app, int& exit) {
   const auto options = std::make_shared<Options>();
-  auto* verb = app.add_subcommand("rollout", "plans and judges, in this process");
-  add_common(*verb, *options);
-  verb->add_option("--primitive", options->primitive, "primitive file (default: the hand-tuned grasp)");
+  auto* verb = app.add_subcommand("rollout", "sees a scenario, plans and judges, in this process");
+  add_common(*verb, *options, "of the jiggle");
+  add_planning(*verb, *options);
+  verb->add_option("-o,--out", options->output, "write the trajectory and its gains to this file, as JSON");
   add_judging(*verb, *options);
   verb->callback([options, &exit] { exit = report(rollout(*options)); });
 }

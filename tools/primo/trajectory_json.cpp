@@ -6,26 +6,54 @@ namespace primo::tool {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const motion::Plan& plan) {
-  Json tasks = Json::object();
-  for (const auto& task : plan.cost_tasks) tasks[task.task] = task.cost;
+namespace {
+
+Json to_json(const Eigen::MatrixXd& matrix) {
   Json rows = Json::array();
-  for (Eigen::Index t = 0; t < plan.trajectory.q.rows(); ++t) {
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
     Json row = Json::array();
-    for (Eigen::Index j = 0; j < plan.trajectory.q.cols(); ++j) row.push_back(plan.trajectory.q(t, j));
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
     rows.push_back(std::move(row));
   }
+  return rows;
+}
+
+}  // namespace
+
+Json trajectory_json(const motion::Plan& plan) {
+  Json K = Json::array();
+  for (const auto& gain : plan.gains.K) K.push_back(to_json(gain));
+  Json k = Json::array();
+  for (const auto& control : plan.gains.k) k.push_back(std::vector<double>(control.begin(), control.end()));
+  return {{"joints", plan.trajectory.joints},
+          {"dt", plan.trajectory.dt},
+          {"iterations", plan.iterations + plan.rejected},
+          {"q", to_json(plan.trajectory.q)},
+          {"gains", {{"K", std::move(K)}, {"k", std::move(k)}}}};
+}
+
+Json to_json(const motion::Plan& plan, const motion::Measures& measures, double milliseconds) {
+  Json tasks = Json::object();
+  for (const auto& task : plan.cost_tasks) tasks[task.task] = task.cost;
   return {{"status", config::enum_name(plan.status)},
           {"reason", plan.reason},
           {"start", plan.start},
           {"iterations", plan.iterations},
           {"rejected", plan.rejected},
-          {"cost", {{"initial", plan.cost_initial}, {"final", plan.cost_final}, {"control", plan.cost_control}}},
-          {"tasks", std::move(tasks)},
-          {"trajectory", {{"joints", plan.trajectory.joints}, {"dt", plan.trajectory.dt}, {"q", std::move(rows)}}}};
+          {"evaluations", plan.evaluations},
+          {"cost",
+           {{"initial", plan.cost_initial},
+            {"final", plan.cost_final},
+            {"control", plan.cost_control},
+            {"tasks", std::move(tasks)}}},
+          {"gradient_norm", plan.gradient_norm},
+          {"time_ms", milliseconds},
+          {"min_distance_m", measures.min_distance},
+          {"min_limit_margin_rad", measures.min_limit_margin},
+          {"path_length_rad", measures.path_length}};
 }
 
-Json to_json(const physics::Verdict& verdict) {
+Json to_json(const physics::Verdict& verdict, double milliseconds) {
   const auto literals = [](const symbols::State& state) {
     Json list = Json::array();
     for (const auto& literal : state) list.push_back(literal.text());
@@ -33,8 +61,10 @@ Json to_json(const physics::Verdict& verdict) {
   };
   Json criteria = Json::array();
   for (const auto& criterion : verdict.criteria) {
-    criteria.push_back(
-        {{"name", criterion.name}, {"value", criterion.value}, {"margin", criterion.margin}, {"met", criterion.met}});
+    criteria.push_back({{"name", criterion.name},
+                        {"value", criterion.value},
+                        {"margin", criterion.margin},
+                        {"indicator", criterion.met ? 1 : 0}});
   }
   return {{"success", verdict.success},
           {"final_pose_success", verdict.final_pose_success},
@@ -42,31 +72,50 @@ Json to_json(const physics::Verdict& verdict) {
           {"outcome", config::enum_name(verdict.outcome)},
           {"reason", verdict.reason},
           {"score", verdict.score},
-          {"displacement", verdict.displacement},
+          {"displacement_m", verdict.displacement},
           {"survival", verdict.survival},
-          {"position_error", verdict.position_error},
+          {"position_error_m", verdict.position_error},
           {"criteria", std::move(criteria)},
           {"objects", verdict.objects},
-          {"before", literals(verdict.before)},
-          {"after", literals(verdict.after)}};
+          {"symbols_before", literals(verdict.before)},
+          {"symbols_after", literals(verdict.after)},
+          {"time_ms", milliseconds},
+          {"steps", verdict.steps}};
 }
 
 namespace {
 
 Error wrong(const std::string& what) { return {Code::data, what}; }
 
-Status read_rows(const Json& rows, std::size_t joints, Eigen::MatrixXd& q) {
-  if (!rows.is_array() || rows.empty()) return wrong("'trajectory.q' must be a list of rows");
-  q.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(joints));
-  for (std::size_t t = 0; t < rows.size(); ++t) {
-    const std::string place = "'trajectory.q[" + std::to_string(t) + "]'";
-    if (!rows[t].is_array() || rows[t].size() != joints) {
-      return wrong(place + " must have one number for each of the " + std::to_string(joints) + " joints");
+Result<Eigen::MatrixXd> matrix_from(const Json& rows, std::size_t columns, const std::string& key) {
+  if (!rows.is_array() || rows.empty()) return wrong("'" + key + "' must be a list of rows");
+  Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string place = "'" + key + "[" + std::to_string(i) + "]'";
+    if (!rows[i].is_array() || rows[i].size() != columns)
+      return wrong(place + " must have " + std::to_string(columns) + " numbers");
+    for (std::size_t j = 0; j < columns; ++j) {
+      if (!rows[i][j].is_number()) return wrong(place + " must hold numbers");
+      matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j].get<double>();
     }
-    for (std::size_t j = 0; j < joints; ++j) {
-      if (!rows[t][j].is_number()) return wrong(place + " must hold numbers");
-      q(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(j)) = rows[t][j].get<double>();
-    }
+  }
+  return matrix;
+}
+
+/// The feedback, where the file has it: a list of T matrices n × 2n.
+Status read_gains(const Json& json, motion::Plan& plan) {
+  const auto gains = json.find("gains");
+  if (gains == json.end()) return success();
+  const auto K = gains->is_object() ? gains->find("K") : gains->end();
+  if (!gains->is_object() || K == gains->end() || !K->is_array())
+    return wrong("'gains' must hold 'K', a list of matrices");
+  if (!K->empty() && static_cast<Eigen::Index>(K->size()) != plan.trajectory.q.rows() - 1)
+    return wrong("'gains.K' must have one matrix a step, " + std::to_string(plan.trajectory.q.rows() - 1));
+  const auto columns = static_cast<std::size_t>(2 * plan.trajectory.q.cols());
+  for (std::size_t t = 0; t < K->size(); ++t) {
+    PRIMO_ASSIGN(auto gain, matrix_from((*K)[t], columns, "gains.K[" + std::to_string(t) + "]"));
+    if (gain.rows() != plan.trajectory.q.cols()) return wrong("'gains.K' must have a row for each joint");
+    plan.gains.K.push_back(std::move(gain));
   }
   return success();
 }
@@ -76,26 +125,23 @@ Status read_rows(const Json& rows, std::size_t joints, Eigen::MatrixXd& q) {
 Result<motion::Plan> plan_from_json(const std::string& text) {
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return wrong("not a JSON object");
-  const auto trajectory = json.find("trajectory");
-  if (trajectory == json.end() || !trajectory->is_object()) return wrong("missing 'trajectory'");
   motion::Plan plan;
-  const auto joints = trajectory->find("joints");
-  if (joints == trajectory->end() || !joints->is_array()) return wrong("missing 'trajectory.joints'");
+  const auto joints = json.find("joints");
+  if (joints == json.end() || !joints->is_array()) return wrong("missing 'joints', a list of names");
   for (const auto& joint : *joints) {
-    if (!joint.is_string()) return wrong("'trajectory.joints' must be names");
+    if (!joint.is_string()) return wrong("'joints' must be names");
     plan.trajectory.joints.push_back(joint.get<std::string>());
   }
-  const auto dt = trajectory->find("dt");
-  if (dt == trajectory->end() || !dt->is_number()) return wrong("missing 'trajectory.dt', seconds between rows");
+  const auto dt = json.find("dt");
+  if (dt == json.end() || !dt->is_number()) return wrong("missing 'dt', seconds between rows");
   plan.trajectory.dt = dt->get<double>();
-  const auto rows = trajectory->find("q");
-  if (rows == trajectory->end()) return wrong("missing 'trajectory.q'");
-  PRIMO_TRY(read_rows(*rows, plan.trajectory.joints.size(), plan.trajectory.q));
+  const auto rows = json.find("q");
+  if (rows == json.end()) return wrong("missing 'q', a row of joint angles for each step 0 … T");
+  PRIMO_ASSIGN(plan.trajectory.q, matrix_from(*rows, plan.trajectory.joints.size(), "q"));
+  PRIMO_TRY(read_gains(json, plan));
   plan.status = motion::PlanStatus::converged_step;
-  for (const auto& [key, value] : {std::pair{"iterations", &plan.iterations}, {"rejected", &plan.rejected}}) {
-    const auto at = json.find(key);
-    if (at != json.end() && at->is_number_integer()) *value = at->get<int>();
-  }
+  const auto iterations = json.find("iterations");
+  if (iterations != json.end() && iterations->is_number_integer()) plan.iterations = iterations->get<int>();
   return plan;
 }
 
