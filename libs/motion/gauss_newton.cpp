@@ -11,6 +11,10 @@ namespace {
 
 constexpr double kLambdaMin = 1e-9, kLambdaMax = 1e9;  // relative to the control cost's Hessian
 constexpr double kLargestStep = 1e3;                   // rad; beyond that a step is an artefact of a singular system
+constexpr double kLambdaSmall = 1e-3;  // with more damping a small step says little about the distance to the minimum
+constexpr int kBacktracks = 3;
+constexpr double kContraction = 0.4;
+constexpr double kSmallestShare = 1e-3;  // rad; shorter steps are not tried
 
 class Solver {
  public:
@@ -27,6 +31,7 @@ class Solver {
   Solution solve(Eigen::MatrixXd q);
 
  private:
+  double search(const PathModel& at, const Eigen::VectorXd& delta, double size, PathModel& trial);
   bool step(const PathModel& at, const Eigen::VectorXd& gradient, double lambda, Eigen::VectorXd& step);
 
   const TrajectoryProblem& problem_;
@@ -45,6 +50,18 @@ bool Solver::step(const PathModel& at, const Eigen::VectorXd& g, double lambda, 
   delta = -g;
   band_.solve(delta);
   return delta.allFinite() && delta.cwiseAbs().maxCoeff() <= kLargestStep;
+}
+
+/// Takes Δ, or the largest of a few shares of it, that lowers the cost; gives that share, 0 when none does. Proximities
+/// begin with a kink: just beyond one, a part of the step is worth more than a new factorisation with more damping.
+double Solver::search(const PathModel& at, const Eigen::VectorXd& delta, double size, PathModel& trial) {
+  double share = 1;
+  for (int k = 0; k <= kBacktracks && (k == 0 || share * size > kSmallestShare); ++k, share *= kContraction) {
+    trial.q = at.q + share * Eigen::Map<const Eigen::MatrixXd>(delta.data(), n_, T_);
+    ++solution_.evaluations;
+    if (evaluate(problem_, stages_, trial, at.cost)) return share;
+  }
+  return 0;
 }
 
 Solution Solver::solve(Eigen::MatrixXd q) {
@@ -72,12 +89,11 @@ Solution Solver::solve(Eigen::MatrixXd q) {
       reject();
       continue;
     }
-    const double size = delta.cwiseAbs().maxCoeff();
+    double size = delta.cwiseAbs().maxCoeff();
     // Twice the model's decrease: −(2 gᵀΔ + Δᵀ(A)Δ) with A Δ = −g − λ s Δ.
     const double predicted = -delta.dot(g) + solution_.lambda * scale_ * delta.squaredNorm();
-    trial.q = current.q + Eigen::Map<const Eigen::MatrixXd>(delta.data(), n_, T_);
-    ++solution_.evaluations;
-    if (!evaluate(problem_, stages_, trial, current.cost)) {
+    const double share = search(current, delta, size, trial);
+    if (share == 0) {
       // At a minimum rounding alone can keep the cost from falling.
       if (predicted <= 1e-12 * current.cost || size < 1e-10) {
         ++solution_.rejected;
@@ -88,6 +104,7 @@ Solution Solver::solve(Eigen::MatrixXd q) {
       continue;
     }
     const double decrease = current.cost - trial.cost, ratio = predicted > 0 ? decrease / predicted : 0;
+    size *= share;
     solution_.lambda *= std::max(1.0 / 3, 1 - std::pow(2 * std::clamp(ratio, 0.0, 1.0) - 1, 3));
     solution_.lambda = std::clamp(solution_.lambda, kLambdaMin, kLambdaMax);
     nu = 2;
@@ -95,7 +112,7 @@ Solution Solver::solve(Eigen::MatrixXd q) {
     ++solution_.iterations;
     solution_.last_step = size;
     fresh = true;
-    if (size < options_.step_tolerance && solution_.lambda <= options_.lambda_initial) {
+    if (size < options_.step_tolerance && solution_.lambda <= kLambdaSmall) {
       solution_.status = PlanStatus::converged_step;
       stopped = true;
     } else if (decrease <= options_.cost_tolerance * current.cost) {

@@ -48,6 +48,7 @@ TrajectoryProblem make_problem(const robot::Robot& robot, const Primitive& primi
   problem.v_start = Eigen::VectorXd::Zero(q_start.size());
   problem.q_lower = robot.lower();
   problem.q_upper = robot.upper();
+  problem.arm_joints = robot.arm_joints();
   return problem;
 }
 

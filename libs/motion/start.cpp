@@ -12,11 +12,35 @@ namespace primo::motion {
 namespace {
 
 constexpr int kInverseKinematicsIterations = 60;
-constexpr int kRandomGuesses = 3;
+constexpr std::uint64_t kWristGuesses = 2, kRandomGuesses = 3;
+
+/// q_0 with joints `from` … `to` − 1 drawn within their limits.
+Eigen::VectorXd guess(const TrajectoryProblem& problem, int from, int to, std::uint64_t k) {
+  Random random(0, "motion.start", {k});
+  Eigen::VectorXd q = problem.q_start;
+  for (int i = 0; i < problem.q_lower.size(); ++i) {
+    const double value = random.uniform(problem.q_lower[i], problem.q_upper[i]);
+    if (i >= from && i < to) q[i] = value;
+  }
+  return q;
+}
 
 Start ik_start(const TrajectoryProblem& problem, StageCosts& stages, const std::string& name,
-               const Eigen::VectorXd& q_guess) {
-  return {name, minimum_jerk(problem, inverse_kinematics(problem, stages, q_guess, kInverseKinematicsIterations))};
+               const std::vector<Eigen::VectorXd>& guesses) {
+  Reach best;
+  for (const auto& q_guess : guesses) {
+    Reach reach = inverse_kinematics(problem, stages, q_guess, kInverseKinematicsIterations);
+    if (best.q.size() == 0 || reach.cost < best.cost) best = std::move(reach);
+  }
+  return {name, minimum_jerk(problem, best.q)};
+}
+
+/// From q_0 and from a few other turns of the wrist: how the hand comes at the target decides the basin.
+Start ik_start(const TrajectoryProblem& problem, StageCosts& stages) {
+  std::vector<Eigen::VectorXd> guesses = {problem.q_start};
+  const int wrist = problem.arm_joints;
+  for (std::uint64_t k = 1; k <= kWristGuesses; ++k) guesses.push_back(guess(problem, wrist - 3, wrist, k));
+  return ik_start(problem, stages, "ik", guesses);
 }
 
 Result<Start> last_start(const TrajectoryProblem& problem, const Eigen::MatrixXd& last) {
@@ -36,16 +60,12 @@ Result<Start> last_start(const TrajectoryProblem& problem, const Eigen::MatrixXd
   return start;
 }
 
-/// From rest, by inverse kinematics from q_0 and from a few random configurations within the limits.
 std::vector<Start> several_starts(const TrajectoryProblem& problem, StageCosts& stages) {
-  std::vector<Start> starts = {ik_start(problem, stages, "ik", problem.q_start), {"rest", rest_start(problem)}};
-  for (std::uint64_t k = 1; k <= kRandomGuesses; ++k) {
-    Random random(0, "motion.start", {k});
-    Eigen::VectorXd q = problem.q_start;
-    for (Eigen::Index i = 0; i < problem.q_lower.size(); ++i)
-      q[i] = random.uniform(problem.q_lower[i], problem.q_upper[i]);
-    starts.push_back(ik_start(problem, stages, "ik_" + std::to_string(k), q));
-  }
+  std::vector<Start> starts = {ik_start(problem, stages),
+                               ik_start(problem, stages, "ik_rest", {problem.q_start}),
+                               {"rest", rest_start(problem)}};
+  for (std::uint64_t k = 1; k <= kRandomGuesses; ++k)
+    starts.push_back(ik_start(problem, stages, "ik_" + std::to_string(k), {guess(problem, 0, problem.joints(), k)}));
   return starts;
 }
 
@@ -54,9 +74,12 @@ std::vector<Start> several_starts(const TrajectoryProblem& problem, StageCosts& 
 const std::vector<StartEntry>& starts() {
   static const std::vector<StartEntry> table = {
       {"rest", "standing still"},
-      {"ik", "minimum-jerk motion to where inverse kinematics by the same costs arrives"},
+      {"ik",
+       "minimum-jerk motion to the best that inverse kinematics by the same costs reaches from three turns of the "
+       "wrist"},
       {"last", "the last plan, stretched to the steps and shifted to the start"},
-      {"best", "the best outcome of ik, rest and inverse kinematics from three random configurations"},
+      {"best",
+       "the best outcome of ik, rest and inverse kinematics from the start and from three random configurations"},
   };
   return table;
 }
@@ -64,7 +87,7 @@ const std::vector<StartEntry>& starts() {
 Result<std::vector<Start>> make_starts(const TrajectoryProblem& problem, StageCosts& stages, const std::string& name,
                                        const Eigen::MatrixXd& last) {
   if (name == "rest") return std::vector<Start>{{name, rest_start(problem)}};
-  if (name == "ik") return std::vector<Start>{ik_start(problem, stages, name, problem.q_start)};
+  if (name == "ik") return std::vector<Start>{ik_start(problem, stages)};
   if (name == "best") return several_starts(problem, stages);
   if (name == "last") {
     PRIMO_ASSIGN(auto start, last_start(problem, last));
@@ -85,8 +108,8 @@ Eigen::MatrixXd minimum_jerk(const TrajectoryProblem& problem, const Eigen::Vect
   return q;
 }
 
-Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts& stages, const Eigen::VectorXd& q_guess,
-                                   int max_iterations) {
+Reach inverse_kinematics(const TrajectoryProblem& problem, StageCosts& stages, const Eigen::VectorXd& q_guess,
+                         int max_iterations) {
   const int n = problem.joints(), T = problem.steps;
   const double duration = T * problem.dt;
   // ∫ q̈² of the cubic from rest to a displacement d with a free final velocity is 3 d² / D³.
@@ -95,7 +118,7 @@ Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts&
   Eigen::VectorXd q = q_guess;
   StageModel model, trial;
   double cost = stages.evaluate(T, q, still, &model);
-  if (!std::isfinite(cost)) return q;
+  if (!std::isfinite(cost)) return {q, std::numeric_limits<double>::infinity()};
   cost += effort.dot((q - problem.q_start).cwiseAbs2());
   double lambda = 1e-3, nu = 2;
   for (int iteration = 0; iteration < max_iterations && lambda < 1e12; ++iteration) {
@@ -127,7 +150,7 @@ Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts&
     nu = 2;
     if (delta.cwiseAbs().maxCoeff() < 1e-4 || decrease < 1e-6 * cost) break;
   }
-  return q;
+  return {q, cost};
 }
 
 }  // namespace primo::motion

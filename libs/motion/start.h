@@ -36,10 +36,15 @@ Eigen::MatrixXd rest_start(const TrajectoryProblem& problem);
 /// × T.
 Eigen::MatrixXd minimum_jerk(const TrajectoryProblem& problem, const Eigen::VectorXd& q_goal);
 
+struct Reach {
+  Eigen::VectorXd q;  ///< rad
+  double cost = 0;    ///< infinite where it is not finite at the guess
+};
+
 /// Inverse kinematics by the same costs: minimises Φ_T(q)ᵀ Φ_T(q) plus the least control cost of any motion of this
 /// duration from rest at q_0 that arrives at q, 3 / D³ · Σ_i H_i/τ (q_i − q_{0,i})², by Levenberg–Marquardt from
 /// `q_guess`. Finite; the guess at worst.
-Eigen::VectorXd inverse_kinematics(const TrajectoryProblem& problem, StageCosts& stages, const Eigen::VectorXd& q_guess,
-                                   int max_iterations);
+Reach inverse_kinematics(const TrajectoryProblem& problem, StageCosts& stages, const Eigen::VectorXd& q_guess,
+                         int max_iterations);
 
 }  // namespace primo::motion

@@ -38,6 +38,7 @@ struct TrajectoryProblem {
   Eigen::VectorXd q_start;                     ///< q_0, rad
   Eigen::VectorXd v_start;                     ///< v_0, rad/s
   Eigen::VectorXd q_lower = {}, q_upper = {};  ///< rad, for solvers with hard limits; empty: none
+  int arm_joints = 0;                          ///< how many of the joints, the first ones, are the arm's
 
   int joints() const { return static_cast<int>(q_start.size()); }
 };

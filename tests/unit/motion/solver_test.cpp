@@ -76,7 +76,7 @@ TEST(GaussNewton, IsAccurateWithPrecisionsOverTwelveDecades) {
 TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
   const int T = 50;
   const double rho = 1e2;
-  const TrajectoryProblem problem{T, 0.05, scalar(0.05), scalar(1), scalar(1), {}, {}};
+  const TrajectoryProblem problem{T, 0.05, scalar(0.05), scalar(1), scalar(1), {}, {}, 0};
   auto stages = point_mass_stages(T, rho);
   const auto solution = gauss_newton(problem, stages, problem.q_start.replicate(1, T), exact());
   std::vector<Eigen::RowVector2d> K;
@@ -96,7 +96,7 @@ TEST(GaussNewton, DrivesAPointMassAsTheRiccatiRecursionDoes) {
 TEST(RiccatiGains, OfALongHorizonSolveTheDiscreteAlgebraicRiccatiEquation) {
   const int T = 2000;
   const double tau = 0.05, h = 0.05, rho = 1e2;
-  const TrajectoryProblem problem{T, tau, scalar(h), scalar(1), scalar(0), {}, {}};
+  const TrajectoryProblem problem{T, tau, scalar(h), scalar(1), scalar(0), {}, {}, 0};
   StageModel stage;
   stage.R_qq = Eigen::MatrixXd::Constant(1, 1, rho);
   const std::vector<StageModel> models(T, stage);
@@ -144,7 +144,7 @@ TEST(RiccatiGains, AreTheSlopesOfTheFirstControl) {
 TEST(GaussNewton, RestToRestTendsToTheCubicAsStepsShrink) {
   double before = 1;
   for (const int T : {20, 40, 80, 160}) {
-    const TrajectoryProblem problem{T, 1.0 / T, scalar(1.0 / T), scalar(0), scalar(0), {}, {}};
+    const TrajectoryProblem problem{T, 1.0 / T, scalar(1.0 / T), scalar(0), scalar(0), {}, {}, 0};
     LinearStages stages;
     stages.J.assign(T, Eigen::MatrixXd::Zero(1, 1));
     stages.y.assign(T, scalar(0));
