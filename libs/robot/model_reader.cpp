@@ -211,6 +211,10 @@ class ModelReader {
       link.X_BG = pose_from(model_.geom_pos + 3 * g, model_.geom_quat + 4 * g);
       link.hand = robot_.bodies_[link.body].hand;
       link.moves = !robot_.moving_[link.body].empty();
+      if (link.moves) {
+        link.cover = sphere_cover(link.shape, kCoverTolerance);
+        for (Sphere& sphere : link.cover) sphere.centre = link.X_BG * sphere.centre;
+      }
       robot_.link_shapes_.push_back(std::move(link));
     }
     return success();

@@ -90,6 +90,14 @@ void Robot::add_vector_gradient(const Kinematics& kinematics, int body, const Ei
   }
 }
 
+void Robot::add_angular_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& weight,
+                                 Eigen::Ref<Eigen::RowVectorXd> row) const {
+  for (const int j : moving_[body]) {
+    const ChainJoint& joint = chain_[j];
+    if (!joint.slide) row[joint.index] += joint.ratio * weight.dot(kinematics.axis_W[j]);
+  }
+}
+
 Eigen::Matrix3Xd Robot::point_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W) const {
   Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, joints());
   for (const int j : moving_[body]) {

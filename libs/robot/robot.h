@@ -10,6 +10,7 @@
 #include "core/pose.h"
 #include "core/result.h"
 #include "robot/shape.h"
+#include "robot/sphere_cover.h"
 
 namespace primo::robot {
 
@@ -126,9 +127,12 @@ struct LinkShape {
   int body = 0;
   Pose X_BG = Pose::Identity();
   Shape shape;
-  bool hand = false;   ///< of the hand, not the arm
-  bool moves = false;  ///< at least one joint moves it
+  bool hand = false;               ///< of the hand, not the arm
+  bool moves = false;              ///< at least one joint moves it
+  std::vector<Sphere> cover = {};  ///< spheres that hold it, within kCoverTolerance of it; centres in the body's frame
 };
+
+inline constexpr double kCoverTolerance = 0.01;  ///< m
 
 /// One scalar MJCF joint between a body and its parent. Its value is offset + ratio · q[index].
 struct ChainJoint {
@@ -196,6 +200,9 @@ class Robot {
   /// Adds weightᵀ · ∂v_W/∂q to `row` (1 × n), for a vector v fixed to `body` and now v_W.
   void add_vector_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& v_W,
                            const Eigen::Vector3d& weight, Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// Adds weightᵀ · ω_j to `row` (1 × n), ω_j the angular velocity of `body` in W for unit speed of q_j.
+  void add_angular_gradient(const Kinematics& kinematics, int body, const Eigen::Vector3d& weight,
+                            Eigen::Ref<Eigen::RowVectorXd> row) const;
   /// ∂p_W/∂q (3 × n) of the point of `body` now at p_W.
   Eigen::Matrix3Xd point_jacobian(const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W) const;
   /// ∂v_W/∂q (3 × n) of a vector fixed to `body` and now v_W.

@@ -112,11 +112,69 @@ double DistanceField::distance(const Eigen::Vector3d& p_W) const {
   return empty_ ? infinite_distance() : std::sqrt(static_cast<double>(squared_[index(p_W)])) * resolution_;
 }
 
+double DistanceField::trilinear(const Eigen::Vector3d& voxels, Eigen::Vector3d& gradient) const {
+  Eigen::Vector3i low, step;
+  Eigen::Vector3d share;
+  for (int i = 0; i < 3; ++i) {
+    low[i] = std::clamp(static_cast<int>(std::floor(voxels[i])), 0, std::max(0, size_[i] - 2));
+    step[i] = size_[i] > 1 ? 1 : 0;
+    share[i] = voxels[i] - low[i];
+  }
+  const auto ny = static_cast<std::size_t>(size_.y()), nz = static_cast<std::size_t>(size_.z());
+  const auto corner = [&](int x, int y, int z) {
+    const auto at = [&](int axis, int bit) { return static_cast<std::size_t>(low[axis] + bit * step[axis]); };
+    return std::sqrt(static_cast<double>(squared_[(at(0, x) * ny + at(1, y)) * nz + at(2, z)])) * resolution_;
+  };
+  double value = 0;
+  gradient.setZero();
+  for (int bits = 0; bits < 8; ++bits) {
+    const Eigen::Vector3i bit(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
+    const double d = corner(bit.x(), bit.y(), bit.z());
+    Eigen::Vector3d weight;
+    for (int i = 0; i < 3; ++i) weight[i] = bit[i] ? share[i] : 1 - share[i];
+    value += d * weight.prod();
+    gradient.x() += (bit.x() ? d : -d) * weight.y() * weight.z();
+    gradient.y() += (bit.y() ? d : -d) * weight.x() * weight.z();
+    gradient.z() += (bit.z() ? d : -d) * weight.x() * weight.y();
+  }
+  gradient /= resolution_;
+  return value;
+}
+
+double DistanceField::interpolate(const Eigen::Vector3d& p_W, Eigen::Vector3d& gradient) const {
+  gradient.setZero();
+  if (empty_) return infinite_distance();
+  const Eigen::Vector3d voxels = ((p_W - origin_) / resolution_).array() - 0.5;
+  const Eigen::Vector3d last = (size_.array() - 1).cast<double>();
+  const Eigen::Vector3d inside = voxels.cwiseMax(0).cwiseMin(last);
+  const double d = trilinear(inside, gradient);
+  const Eigen::Vector3d out = (voxels - inside) * resolution_;
+  const double e = out.norm();
+  if (e == 0) return d;
+  const double length = std::sqrt(e * e + d * d);
+  // Along the axes in which p is outside, the closest point does not move.
+  for (int i = 0; i < 3; ++i) gradient[i] = (out[i] != 0 ? out[i] : d * gradient[i]) / length;
+  return length;
+}
+
 Eigen::Vector3d DistanceField::closest(const Eigen::Vector3d& p_W) const {
   PRIMO_CHECK(!empty_, "the distance field has no occupied voxel");
   const std::uint32_t at = nearest_[index(p_W)];
   const auto nz = static_cast<std::uint32_t>(size_.z()), ny = static_cast<std::uint32_t>(size_.y());
   return centre({static_cast<int>(at / (ny * nz)), static_cast<int>(at / nz % ny), static_cast<int>(at % nz)});
+}
+
+Result<DistanceField> distance_field(const std::vector<Eigen::Vector3d>& occupied, double resolution, double margin) {
+  Region region{Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(resolution)};
+  if (!occupied.empty()) region = {occupied.front(), occupied.front()};
+  for (const auto& p : occupied) {
+    region.lower = region.lower.cwiseMin(p);
+    region.upper = region.upper.cwiseMax(p);
+  }
+  const double rim = occupied.empty() ? 0 : margin;
+  region.lower = ((region.lower.array() - rim) / resolution).floor() * resolution;
+  region.upper = ((region.upper.array() + rim) / resolution).ceil() * resolution;
+  return DistanceField::build(occupied, region, resolution);
 }
 
 Result<DistanceField> distance_field(const SceneEstimate& estimate, double margin, double height) {

@@ -25,6 +25,12 @@ class DistanceField {
   double distance(const Eigen::Vector3d& p_W) const;
   /// Centre of that nearest voxel. @pre something is occupied.
   Eigen::Vector3d closest(const Eigen::Vector3d& p_W) const;
+  /// Distance at any point with its gradient (unit-free), m: inside the grid of voxel centres trilinear between the
+  /// distances at the eight centres around p; outside √(e² + d²), e the distance to the grid and d the value at the
+  /// grid's closest point c, which is never more than the distance of what lies in the grid, as that is convex.
+  /// Continuous; the gradient is that of the formula, one-sided at the faces between cells. infinite_distance() and a
+  /// zero gradient where nothing is occupied.
+  double interpolate(const Eigen::Vector3d& p_W, Eigen::Vector3d& gradient) const;
   bool empty() const { return empty_; }
 
   const Eigen::Vector3i& size() const { return size_; }
@@ -36,6 +42,7 @@ class DistanceField {
 
  private:
   std::size_t index(const Eigen::Vector3d& p_W) const;
+  double trilinear(const Eigen::Vector3d& voxels, Eigen::Vector3d& gradient) const;
   Eigen::Vector3d origin_{0, 0, 0};
   Eigen::Vector3i size_{0, 0, 0};
   double resolution_ = 0;
@@ -43,6 +50,10 @@ class DistanceField {
   std::vector<float> squared_;          // in voxels
   std::vector<std::uint32_t> nearest_;  // index of the closest occupied voxel
 };
+
+/// A field over occupied voxel centres of a map of this resolution and `margin` around them, on the map's own grid;
+/// over one voxel at the origin where nothing is occupied. Errors: as build().
+Result<DistanceField> distance_field(const std::vector<Eigen::Vector3d>& occupied, double resolution, double margin);
 
 /// The field of a perceived scene over the table's extent and `margin` around it, from 0.1 m below the top to `height`
 /// above it. Errors: as from_bytes() and build().

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/random.h"
 
@@ -59,6 +61,67 @@ TEST(DistanceField, an_empty_field_is_far_from_everything_and_points_outside_are
   ASSERT_TRUE(one.ok());
   EXPECT_NEAR(one->distance({-5, 0.05, 0.05}), 0, 1e-12);
   EXPECT_NEAR(one->distance({9, 0.05, 0.05}), 0.9, 1e-6);
+}
+
+TEST(DistanceField, interpolation_is_exact_at_voxel_centres_and_within_a_diagonal_between_them) {
+  Random random(5, "field test");
+  std::vector<Eigen::Vector3d> occupied;
+  for (int i = 0; i < 12; ++i) {
+    Eigen::Vector3d voxel;
+    for (int axis = 0; axis < 3; ++axis) voxel[axis] = static_cast<double>(random.below(20));
+    occupied.emplace_back((voxel.array() + 0.5) * 0.02);
+  }
+  const auto field = distance_field(occupied, 0.02, 0.1).value();
+  Eigen::Vector3d gradient;
+  for (int x = 0; x < field.size().x(); x += 3) {
+    for (int y = 0; y < field.size().y(); y += 2) {
+      for (int z = 0; z < field.size().z(); z += 5) {
+        const Eigen::Vector3d p = field.centre({x, y, z});
+        ASSERT_NEAR(field.interpolate(p, gradient), field.distance(p), 1e-6);
+      }
+    }
+  }
+  for (int i = 0; i < 5000; ++i) {
+    Eigen::Vector3d p;
+    for (int axis = 0; axis < 3; ++axis) p[axis] = random.uniform(-0.4, 0.8);
+    double nearest = 1e9;
+    for (const auto& centre : occupied) nearest = std::min(nearest, (p - centre).norm());
+    // Outside the grid it is a lower bound, inside within a voxel's diagonal.
+    const double d = field.interpolate(p, gradient);
+    ASSERT_LE(d, nearest + std::sqrt(3.0) * 0.02);
+    const bool inside = (p.array() > -0.05).all() && (p.array() < 0.35).all();
+    if (inside) ASSERT_GE(d, nearest - std::sqrt(3.0) * 0.02);
+  }
+}
+
+TEST(DistanceField, gradients_of_the_interpolation_agree_with_central_differences_in_and_outside_the_grid) {
+  const auto field =
+      distance_field(std::vector<Eigen::Vector3d>{{0.1, 0.2, 0.3}, {0.25, 0.2, 0.35}, {0.2, 0.05, 0.1}}, 0.02, 0.06)
+          .value();
+  Random random(6, "field test");
+  int kinks = 0;
+  for (int i = 0; i < 3000; ++i) {
+    Eigen::Vector3d p, gradient, ignored;
+    for (int axis = 0; axis < 3; ++axis) p[axis] = random.uniform(-0.2, 0.6);
+    const double d = field.interpolate(p, gradient);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d step = 1e-7 * Eigen::Vector3d::Unit(axis);
+      const double ahead = field.interpolate(p + step, ignored), behind = field.interpolate(p - step, ignored);
+      if (std::abs(ahead - 2 * d + behind) > 1e-10) {
+        ++kinks;  // a face between two cells
+        continue;
+      }
+      ASSERT_NEAR(gradient[axis], (ahead - behind) / 2e-7, 1e-5);
+    }
+  }
+  EXPECT_LT(kinks, 90);
+}
+
+TEST(DistanceField, interpolation_of_an_empty_field_is_far_and_flat) {
+  const auto field = distance_field(std::vector<Eigen::Vector3d>{}, 0.01, 0.1).value();
+  Eigen::Vector3d gradient(1, 1, 1);
+  EXPECT_EQ(field.interpolate({3, 4, 5}, gradient), DistanceField::infinite_distance());
+  EXPECT_EQ(gradient.norm(), 0);
 }
 
 TEST(DistanceField, absurd_regions_and_resolutions_are_refused) {
