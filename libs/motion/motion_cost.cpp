@@ -19,11 +19,9 @@ Result<std::unique_ptr<MotionCost>> MotionCost::create(const robot::Robot& robot
 
 Status MotionCost::add(const PlanningScene& scene, const Primitive& primitive, const Task& task,
                        const Eigen::VectorXd& q_start) {
-  PRIMO_ASSIGN(const auto* entry, find_task_variable(task.variable));
-  PRIMO_ASSIGN(auto parameters, complete_parameters(*entry, task.parameters));
   Term term;
   term.task = &task;
-  term.variable = entry->create({robot_, scene, std::move(parameters)});
+  PRIMO_ASSIGN(term.variable, make_task_variable(task, robot_, scene));
   const int m = term.variable->size();
   term.target = Eigen::VectorXd::Zero(m);
   if (task.target.size() == 1) {
@@ -36,10 +34,11 @@ Status MotionCost::add(const PlanningScene& scene, const Primitive& primitive, c
   }
   const double late = task.profile == Profile::final ? primitive.steps : task.at * primitive.steps;
   term.late_from = std::clamp(static_cast<int>(std::ceil(late - 1e-9)), 1, primitive.steps);
+  term.early_until = std::clamp(static_cast<int>(std::floor(task.at * primitive.steps + 1e-9)), 1, primitive.steps);
   term.residual.resize(m);
   term.J.resize(m, robot_.joints());
   if (term.variable->moving()) term.J_v.resize(m, robot_.joints());
-  if (term.variable->departs_from_start()) {
+  if (task.from_start || term.variable->departs_from_start()) {
     robot_.forward(q_start, kinematics_);
     term.departure.resize(m);
     const Eigen::VectorXd still = Eigen::VectorXd::Zero(robot_.joints());
@@ -61,20 +60,30 @@ double MotionCost::precision(const Term& term, int t) const {
     case Profile::early_late:
     case Profile::ramp:
       return late ? term.task->rho_late : term.task->rho;
+    case Profile::early:
+      return t <= term.early_until ? term.task->rho : 0;
+    case Profile::ends:
+      return t <= term.early_until || t >= steps_ - term.early_until ? term.task->rho : 0;
   }
   return 0;
 }
 
+double MotionCost::target_share(const Term& term, int t) const {
+  if (term.task->profile == Profile::ramp) {
+    if (t < term.late_from) return 0;
+    return term.late_from == steps_ ? 1.0 : static_cast<double>(t - term.late_from) / (steps_ - term.late_from);
+  }
+  if (term.task->profile == Profile::ends) {
+    const double w = term.early_until;
+    return 2 * t <= steps_ ? t / w : -(steps_ - t) / w;
+  }
+  return 1;
+}
+
 void MotionCost::residual(Term& term, int t, const Configuration& at, bool with_jacobian) const {
   term.variable->evaluate(at, term.residual, with_jacobian && !term.variable->is_identity() ? &term.J : nullptr);
-  double share = 1;  // of the final target that holds now
-  if (term.task->profile == Profile::ramp) {
-    share = t < term.late_from         ? 0.0
-            : term.late_from == steps_ ? 1.0
-                                       : static_cast<double>(t - term.late_from) / (steps_ - term.late_from);
-  }
   if (with_jacobian && term.variable->moving()) term.variable->velocity_jacobian(at, term.J_v);
-  term.residual -= share * term.target;
+  term.residual -= target_share(term, t) * term.target;
   if (term.departure.size() > 0) term.residual -= (1 - at.phase) * term.departure;
   for (int row = 0; row < term.variable->size(); ++row) {
     if (term.variable->counts(row, at.phase)) continue;

@@ -33,6 +33,7 @@ class MotionCost final : public StageCosts {
     Eigen::VectorXd target;     // y*, m
     Eigen::VectorXd departure;  // φ(q_0) − y* where the task departs from the start, else empty
     int late_from = 1;          // first late step
+    int early_until = 1;        // last early step: at·T
     Eigen::VectorXd residual;   // workspace
     Jacobian J, J_v;            // workspace
   };
@@ -41,6 +42,8 @@ class MotionCost final : public StageCosts {
       : robot_(robot), steps_(primitive.steps), dt_(primitive.duration / primitive.steps) {}
   Status add(const PlanningScene& scene, const Primitive& primitive, const Task& task, const Eigen::VectorXd& q_start);
   double precision(const Term& term, int t) const;
+  /// The share of y* that is the target at t.
+  double target_share(const Term& term, int t) const;
   /// φ − y*_t into term.residual, rows that do not count zero; the Jacobian where asked for.
   void residual(Term& term, int t, const Configuration& at, bool with_jacobian) const;
 

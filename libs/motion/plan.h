@@ -2,10 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/config.h"
+#include "motion/planning_scene.h"
 #include "motion/primitive.h"
 #include "scene/estimate.h"
 
@@ -49,7 +51,8 @@ struct PlanRequest {
   std::vector<double> q_start;      ///< rad
   Primitive primitive;
   bool want_gains = false;
-  Eigen::MatrixXd last;  ///< rad, rows q_0 … q_T' of the last plan; only start `last` needs it
+  Eigen::MatrixXd last;                 ///< rad, rows q_0 … q_T' of the last plan; only start `last` needs it
+  std::optional<HeldObject> held = {};  ///< what the hand holds throughout
 };
 
 struct TaskCost {

@@ -7,6 +7,7 @@
 
 #include "motion/motion_cost.h"
 #include "motion/start.h"
+#include "motion/task_variables.h"
 #include "motion/trajectory_problem.h"
 
 namespace primo::motion {
@@ -130,7 +131,8 @@ Result<Plan> try_plan(const robot::Robot& robot, const PlanRequest& request) {
   PRIMO_ASSIGN(const auto* planner, find_planner(primitive.solver));
   PRIMO_TRY(primitive.validate());
   PRIMO_ASSIGN(const auto q_start, checked_start(robot, request.q_start));
-  PRIMO_ASSIGN(const auto scene, PlanningScene::create(request.scene, request.action));
+  PRIMO_ASSIGN(auto scene, PlanningScene::create(request.scene, request.action, request.held));
+  if (needs_map(primitive)) PRIMO_TRY(scene.perceive(request.scene));
   PRIMO_ASSIGN(const auto cost, MotionCost::create(robot, scene, primitive, q_start));
   const TrajectoryProblem problem = make_problem(robot, primitive, q_start);
   PRIMO_ASSIGN(auto starts, make_starts(problem, *cost, primitive.start, request.last));

@@ -41,6 +41,9 @@ Status validate_task(const Primitive& primitive, std::size_t i) {
   if (auto parameters = complete_parameters(**entry, task.parameters); !parameters.ok()) {
     return refuse(primitive, key + ".parameters: " + parameters.error().message);
   }
+  if (auto names = complete_names(**entry, task.of); !names.ok()) {
+    return refuse(primitive, key + ".of: " + names.error().message);
+  }
   const auto good = [](double rho) { return std::isfinite(rho) && rho >= 0 && rho <= 1e12; };
   if (!good(task.rho) || !good(task.rho_late)) {
     return refuse(primitive, key + ": precisions must be in 0 … 1e12");
@@ -52,6 +55,12 @@ Status validate_task(const Primitive& primitive, std::size_t i) {
     return refuse(primitive, key + ": a precision of 0 has no logarithm; make it positive or set optimize: false");
   }
   if (!(task.at >= 0 && task.at <= 1)) return refuse(primitive, key + ".at: expected 0 … 1");
+  if (task.profile == Profile::ends && task.at > 0.5) {
+    return refuse(primitive, key + ".at: profile ends needs 0 … 0.5, or its two ends overlap");
+  }
+  if (task.from_start && (task.profile == Profile::ramp || task.profile == Profile::ends)) {
+    return refuse(primitive, key + ".from_start: the target of profiles ramp and ends has a course of its own");
+  }
   for (const double y : task.target) {
     if (!(std::abs(y) < 1e6)) return refuse(primitive, key + ".target: expected finite numbers below 1e6");
   }

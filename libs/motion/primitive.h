@@ -10,19 +10,25 @@
 
 namespace primo::motion {
 
-/// When a task variable counts. Step t runs from 1 to T; `at` is a fraction of T.
+/// When a task variable counts, and the target y*_t there. Step t runs from 1 to T; `at` is a fraction of T, y* the
+/// task's target. In brackets: the precision.
 enum class Profile {
-  constant,    ///< ρ at every step
-  final,       ///< ρ at T only
-  late,        ///< ρ from `at`·T to T
-  early_late,  ///< ρ before `at`·T, rho_late from there on
-  ramp,        ///< as early_late, and the target rises linearly to its final value over the late phase
+  constant,    ///< y* at every step [ρ]
+  final,       ///< y* at T only [ρ]
+  late,        ///< y* for t ≥ at·T [ρ]
+  early_late,  ///< y* at every step [ρ before at·T, rho_late from there on]
+  ramp,        ///< 0 before at·T, then linear to y* at T [as early_late]
+  early,       ///< y* for t ≤ at·T [ρ]
+  /// The first and last w = at·T steps, for velocities of a motion from rest to rest: y* t/w for t ≤ w, and
+  /// −y* (T − t)/w for t ≥ T − w; nothing between [ρ]. at ≤ ½.
+  ends,
 };
 }  // namespace primo::motion
 
 template <>
 struct primo::config::EnumNames<primo::motion::Profile> {
-  static constexpr std::array<std::string_view, 5> names = {"constant", "final", "late", "early_late", "ramp"};
+  static constexpr std::array<std::string_view, 7> names = {"constant", "final", "late", "early_late",
+                                                            "ramp",     "early", "ends"};
 };
 
 namespace primo::motion {
@@ -32,23 +38,30 @@ struct Task {
   std::string name;      ///< unique in the primitive; what reports and ρ tables call it
   std::string variable;  ///< the φ: a key of task_variables()
   Profile profile = Profile::constant;
-  double at = 0.8;                           ///< where the late phase starts, as a fraction of T
+  double at = 0.8;                           ///< where a phase starts or ends, as a fraction of T
   double rho = 1.0;                          ///< ρ (early phase)
   double rho_late = 0.0;                     ///< ρ of the late phase; only for early_late and ramp
   std::vector<double> target;                ///< y*; empty: zero
   std::map<std::string, double> parameters;  ///< of the task variable, e.g. margin
   bool optimize = true;                      ///< whether its ρ is open to the optimizer
+  /// Which frames and objects φ is of, e.g. {frame: held, object: second}; see find_frame() and find_object().
+  std::map<std::string, std::string> of = {};
+  /// Whether the target comes linearly from φ(q_0): y*_t = y* + (1 − t/T) (φ(q_0) − y*). Not for ramp and ends, whose
+  /// targets have a course of their own.
+  bool from_start = false;
   template <class V>
   void visit(V&& v) {
     v("name", name, {.help = "unique in the primitive", .required = true});
     v("variable", variable, {.help = "the task variable φ", .required = true});
     v("profile", profile, {.help = "when it counts"});
-    v("at", at, {.help = "start of the late phase, fraction of T", .min = 0, .max = 1});
+    v("at", at, {.help = "where a phase starts or ends, fraction of T", .min = 0, .max = 1});
     v("rho", rho, {.help = "precision ρ", .min = 0, .max = 1e12});
     v("rho_late", rho_late, {.help = "precision of the late phase", .min = 0, .max = 1e12});
     v("target", target, {.help = "y*"});
     v("parameters", parameters, {.help = "of the task variable"});
     v("optimize", optimize, {.help = "open to the optimizer"});
+    v("of", of, {.help = "the frames and objects φ is of"});
+    v("from_start", from_start, {.help = "the target comes linearly from its value at the start"});
   }
 };
 

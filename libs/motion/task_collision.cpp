@@ -1,95 +1,129 @@
-// Collision: how much all links together come too near to what they must not touch.
+// Collision: how much all links, and what the hand holds, together come too near to what they must not touch.
 #include <algorithm>
 #include <cmath>
 
 #include "config/config.h"
+#include "motion/task_frames.h"
 #include "motion/task_variables.h"
 #include "robot/distance.h"
 
 namespace primo::motion {
 namespace {
 
-/// φ(q) = Σ max(0, 1 − d / margin) over pairs of a moving link and an obstacle or the table (1 row). The target is a
-/// pair with every link of the arm throughout, and with the hand's links before phase `target_until`: the hand has to
-/// come near it in the end.
+/// φ(q) = Σ max(0, 1 − d / margin) over pairs (1 row):
+/// - a moving link and an obstacle or the table;
+/// - the target and every link of the arm, and before phase `target_until` every link of the hand, which has to come
+/// near
+///   it in the end;
+/// - the held object and every link of the arm, every obstacle and the table; when it is the target, its support (the
+///   action's second argument) before `target_until` only. Hand and held object are no pair.
 class Collision final : public TaskVariable {
  public:
   explicit Collision(const TaskSetup& setup)
       : robot_(setup.robot),
         scene_(setup.scene),
         margin_(setup.parameters.at("margin")),
-        target_until_(setup.parameters.at("target_until")) {
+        target_until_(setup.parameters.at("target_until")),
+        departs_(setup.parameters.at("departs") > 0) {
     for (const auto& link : robot_.link_shapes()) {
-      if (link.moves) links_.push_back({&link, robot::bounding_radius(link.shape)});
+      if (!link.moves) continue;
+      movers_.push_back(
+          {&link.name, &link.shape, {link.body, link.X_BG}, robot::bounding_radius(link.shape), link.hand});
     }
+    if (!scene_.held) return;
+    const auto held = find_object(robot_, scene_, "held").value();
+    held_ = {&held.body->name, &held.body->shape, held.frame, held.body->bounding_radius, true};
+    if (scene_.target_is_held()) support_ = scene_.contact();
   }
   int size() const override { return 1; }
-  bool departs_from_start() const override { return true; }
+  bool departs_from_start() const override { return departs_; }
 
   void evaluate(const Configuration& at, Eigen::Ref<Eigen::VectorXd> phi, Jacobian* J) const override {
     phi[0] = 0;
     if (J) J->setZero();
-    for_each_near_pair(at, [&](const robot::LinkShape& link, const SceneBody&, const robot::Distance& d) {
+    for_each_near_pair(at, [&](const Mover& mover, const std::string&, int body, const robot::Distance& d) {
       phi[0] += 1 - d.distance / margin_;
-      if (J) robot_.add_point_gradient(at.kinematics, link.body, d.point_a, -d.gradient / margin_, J->row(0));
+      if (!J) return;
+      robot_.add_point_gradient(at.kinematics, mover.frame.body, d.point_a, -d.gradient / margin_, J->row(0));
+      if (body > 0) robot_.add_point_gradient(at.kinematics, body, d.point_a, d.gradient / margin_, J->row(0));
     });
   }
 
   std::string explain(const Configuration& at) const override {
     double nearest = margin_;
     std::string text;
-    for_each_near_pair(at, [&](const robot::LinkShape& link, const SceneBody& body, const robot::Distance& d) {
+    for_each_near_pair(at, [&](const Mover& mover, const std::string& other, int, const robot::Distance& d) {
       if (d.distance >= nearest) return;
       nearest = d.distance;
-      text = link.name + " and " + body.name + " are " + config::detail::format(std::round(d.distance * 1e4) / 1e4) +
+      text = *mover.name + " and " + other + " are " + config::detail::format(std::round(d.distance * 1e4) / 1e4) +
              " m apart";
     });
     return text;
   }
 
  private:
-  struct Link {
-    const robot::LinkShape* shape;
-    double bounding_radius;
+  /// A shape that the joints move.
+  struct Mover {
+    const std::string* name = nullptr;
+    const Shape* shape = nullptr;
+    robot::Frame frame;
+    double bounding_radius = 0;
+    bool hand = false;
   };
 
   template <class F>
   void for_each_near_pair(const Configuration& at, F&& f) const {
-    const bool keep_off_target = at.phase < target_until_ - 1e-9;
-    for (const auto& link : links_) {
-      const Eigen::Vector3d centre = at.kinematics.X_WB[link.shape->body] * link.shape->X_BG.translation();
-      for (const auto& body : scene_.obstacles) visit(at, link, centre, body, f);
-      if (keep_off_target || !link.shape->hand) visit(at, link, centre, scene_.target, f);
+    const bool keep_off = at.phase < target_until_ - 1e-9;
+    const bool held_target = scene_.target_is_held();
+    const Pose X_WH = held_.name ? robot_.pose(at.kinematics, held_.frame) : Pose::Identity();
+    for (const auto& mover : movers_) {
+      const Eigen::Vector3d centre = at.kinematics.X_WB[mover.frame.body] * mover.frame.X_BF.translation();
+      for (const auto& body : scene_.obstacles) visit(at, mover, centre, body, body.X_WB, 0, f);
+      if (!held_target && (keep_off || !mover.hand)) visit(at, mover, centre, scene_.target, scene_.target.X_WB, 0, f);
+      if (held_.name && !mover.hand) visit(at, mover, centre, *scene_.held, X_WH, held_.frame.body, f);
     }
+    if (!held_.name) return;
+    for (const auto& body : scene_.obstacles) {
+      if (keep_off || &body != support_) visit(at, held_, X_WH.translation(), body, body.X_WB, 0, f);
+    }
+    if (!held_target) visit(at, held_, X_WH.translation(), scene_.target, scene_.target.X_WB, 0, f);
   }
 
+  /// `moved_by` is the robot's body that moves the other body, 0 for none.
   template <class F>
-  void visit(const Configuration& at, const Link& link, const Eigen::Vector3d& centre, const SceneBody& body,
-             F&& f) const {
-    const double reach = link.bounding_radius + margin_, far = reach + body.bounding_radius;
-    const Eigen::Vector3d offset = centre - body.X_WB.translation();
+  void visit(const Configuration& at, const Mover& mover, const Eigen::Vector3d& centre, const SceneBody& body,
+             const Pose& X_WB, int moved_by, F&& f) const {
+    const double reach = mover.bounding_radius + margin_, far = reach + body.bounding_radius;
+    const Eigen::Vector3d offset = centre - X_WB.translation();
     if (offset.squaredNorm() >= far * far) return;
     // The centre's distance to the body itself, not to its bounding sphere: a table is much flatter than that.
     Eigen::Vector3d normal;
-    if (robot::signed_distance(body.shape, body.X_WB.linear().transpose() * offset, normal) >= reach) return;
-    const auto d = robot::distance(link.shape->shape, robot_.pose(at.kinematics, *link.shape), body.shape, body.X_WB);
-    if (d.distance < margin_) f(*link.shape, body, d);
+    if (robot::signed_distance(body.shape, X_WB.linear().transpose() * offset, normal) >= reach) return;
+    const auto d = robot::distance(*mover.shape, robot_.pose(at.kinematics, mover.frame), body.shape, X_WB);
+    if (d.distance < margin_) f(mover, body.name, moved_by, d);
   }
 
   const robot::Robot& robot_;
   const PlanningScene& scene_;
   const double margin_, target_until_;
-  std::vector<Link> links_;
+  const bool departs_;
+  std::vector<Mover> movers_;
+  Mover held_;                          // without a name: nothing is held
+  const SceneBody* support_ = nullptr;  // of a held target
 };
 
 }  // namespace
 
 TaskVariableEntry collision_task() {
-  return {"collision",
-          "summed proximity 1 − d/margin of links to obstacles, the table and, before target_until, the target",
-          {{"margin", 0.04, 1e-4, 1, "m, the distance from which a pair counts"},
-           {"target_until", 0.8, 0, 2, "phase until which the hand keeps off the target"}},
-          [](const TaskSetup& setup) -> std::unique_ptr<TaskVariable> { return std::make_unique<Collision>(setup); }};
+  return {
+      "collision",
+      "summed proximity 1 − d/margin of links and the held object to obstacles, the table and, before target_until, "
+      "the target or the held target's support",
+      {{"margin", 0.04, 1e-4, 1, "m, the distance from which a pair counts"},
+       {"target_until", 0.8, 0, 2, "phase until which the hand keeps off the target, a held target off its support"},
+       {"departs", 1, 0, 1, "1: the target comes linearly from its value at the start, 0: it is y* at once"}},
+      {},
+      make_variable<Collision>};
 }
 
 }  // namespace primo::motion

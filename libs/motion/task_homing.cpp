@@ -22,10 +22,7 @@ class Homing final : public TaskVariable {
 }  // namespace
 
 TaskVariableEntry homing_task() {
-  return {
-      "homing", "the joint angles themselves, rad", {}, [](const TaskSetup& setup) -> std::unique_ptr<TaskVariable> {
-        return std::make_unique<Homing>(setup);
-      }};
+  return {"homing", "the joint angles themselves, rad", {}, {}, make_variable<Homing>};
 }
 
 }  // namespace primo::motion

@@ -36,7 +36,8 @@ TaskVariableEntry limits_task() {
   return {"limits",
           "summed angle by which joints are nearer than the margin to their limits, rad",
           {{"margin", 0.1, 0, 3, "rad, the distance from which a limit counts"}},
-          [](const TaskSetup& setup) -> std::unique_ptr<TaskVariable> { return std::make_unique<Limits>(setup); }};
+          {},
+          make_variable<Limits>};
 }
 
 }  // namespace primo::motion

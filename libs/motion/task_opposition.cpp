@@ -52,7 +52,8 @@ TaskVariableEntry opposition_task() {
   return {"opposition",
           "normal of the thumb's pad · normal of each other finger's pad",
           {{"others_from", 1.0, 0, 1, "phase from which fingers after the first count"}},
-          [](const TaskSetup& setup) -> std::unique_ptr<TaskVariable> { return std::make_unique<Opposition>(setup); }};
+          {},
+          make_variable<Opposition>};
 }
 
 }  // namespace primo::motion

@@ -1,4 +1,4 @@
-// Task variables φ_i : q → R^m (paper, II.B): one file each, task_NAME.cpp, and one line in the table of
+// Task variables φ_i : q → R^m (paper, IV.A): one file each, task_NAME.cpp, and one line in the table of
 // task_variables.cpp.
 #pragma once
 
@@ -10,6 +10,7 @@
 
 #include "core/result.h"
 #include "motion/planning_scene.h"
+#include "motion/primitive.h"
 #include "robot/robot.h"
 
 namespace primo::motion {
@@ -21,7 +22,8 @@ using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 struct TaskSetup {
   const robot::Robot& robot;
   const PlanningScene& scene;
-  std::map<std::string, double> parameters;  ///< complete: defaults filled in
+  std::map<std::string, double> parameters = {};  ///< complete: defaults filled in
+  std::map<std::string, std::string> of = {};     ///< complete: names of frames, objects and axes
 };
 
 /// A configuration and how it was come to, with its kinematics, at a phase t/T of the motion.
@@ -63,12 +65,29 @@ struct ParameterSpec {
   std::string help;
 };
 
+/// A name that a task may give: of a frame, of an object, or one of a few words.
+struct NameSpec {
+  std::string name;
+  std::string value;                      ///< default
+  std::vector<std::string> choices = {};  ///< empty: what find_frame() or find_object() know
+  std::string help = {};
+};
+
 struct TaskVariableEntry {
   std::string name;  ///< what a task's `variable` says
   std::string help;
   std::vector<ParameterSpec> parameters;
-  std::unique_ptr<TaskVariable> (*create)(const TaskSetup& setup);
+  std::vector<NameSpec> of;
+  /// Error: a frame or object that there is not, or a scene without what the variable needs.
+  Result<std::unique_ptr<TaskVariable>> (*create)(const TaskSetup& setup);
+  bool needs_map = false;  ///< whether it needs PlanningScene::perceive()
 };
+
+/// For entries whose variable takes nothing but the setup and cannot fail.
+template <class T>
+Result<std::unique_ptr<TaskVariable>> make_variable(const TaskSetup& setup) {
+  return std::unique_ptr<TaskVariable>(std::make_unique<T>(setup));
+}
 
 /// All task variables.
 const std::vector<TaskVariableEntry>& task_variables();
@@ -79,6 +98,16 @@ Result<const TaskVariableEntry*> find_task_variable(const std::string& name);
 /// Parameters with defaults filled in. Error config: an unknown name, or a value out of bounds.
 Result<std::map<std::string, double>> complete_parameters(const TaskVariableEntry& entry,
                                                           const std::map<std::string, double>& given);
+/// Names with defaults filled in. Error config: an unknown key, or a word that is not one of the choices.
+Result<std::map<std::string, std::string>> complete_names(const TaskVariableEntry& entry,
+                                                          const std::map<std::string, std::string>& given);
+
+/// The variable that a task names, with its parameters and names. Errors: as the functions above and create().
+Result<std::unique_ptr<TaskVariable>> make_task_variable(const Task& task, const robot::Robot& robot,
+                                                         const PlanningScene& scene);
+
+/// Whether a task of the primitive needs the scene's octree.
+bool needs_map(const Primitive& primitive);
 
 TaskVariableEntry position_task();
 TaskVariableEntry alignment_task();
@@ -87,5 +116,9 @@ TaskVariableEntry opposition_task();
 TaskVariableEntry collision_task();
 TaskVariableEntry limits_task();
 TaskVariableEntry homing_task();
+TaskVariableEntry orientation_task();
+TaskVariableEntry frame_velocity_task();
+TaskVariableEntry end_velocity_task();
+TaskVariableEntry perceived_collision_task();
 
 }  // namespace primo::motion

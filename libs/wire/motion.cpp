@@ -1,3 +1,4 @@
+#include "motion/task_variables.h"
 #include "wire/check.h"
 #include "wire/parts.h"
 #include "wire/wire.h"
@@ -31,6 +32,29 @@ Result<std::map<std::string, double>> from_wire(const std::string& field,
   return out;
 }
 
+std::vector<msg::NamedText> to_wire(const std::map<std::string, std::string>& texts) {
+  std::vector<msg::NamedText> out;
+  for (const auto& [name, value] : texts) {
+    msg::NamedText entry;
+    entry.name(name);
+    entry.value(value);
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+Result<std::map<std::string, std::string>> from_wire(const std::string& field,
+                                                     const std::vector<msg::NamedText>& texts) {
+  PRIMO_TRY(check_count(field, texts.size()));
+  std::map<std::string, std::string> out;
+  for (const msg::NamedText& entry : texts) {
+    PRIMO_TRY(check_text(field, entry.name()));
+    PRIMO_TRY(check_text(field, entry.value()));
+    if (!out.emplace(entry.name(), entry.value()).second) return malformed(field, "has '" + entry.name() + "' twice");
+  }
+  return out;
+}
+
 msg::PrimitiveTask to_wire(const motion::Task& task) {
   msg::PrimitiveTask out;
   out.name(task.name);
@@ -42,6 +66,8 @@ msg::PrimitiveTask to_wire(const motion::Task& task) {
   out.target(task.target);
   out.parameters(to_wire(task.parameters));
   out.optimize(task.optimize);
+  out.of(to_wire(task.of));
+  out.from_start(task.from_start);
   return out;
 }
 
@@ -56,6 +82,8 @@ Result<motion::Task> from_wire(const std::string& field, const msg::PrimitiveTas
   out.target = task.target();
   PRIMO_ASSIGN(out.parameters, from_wire(field + ".parameters", task.parameters()));
   out.optimize = task.optimize();
+  PRIMO_ASSIGN(out.of, from_wire(field + ".of", task.of()));
+  out.from_start = task.from_start();
   return out;
 }
 
@@ -99,12 +127,18 @@ Result<motion::Primitive> from_wire(const msg::Primitive& message) {
 msg::PlanRequest to_wire(const motion::PlanRequest& request) {
   msg::PlanRequest out;
   out.scene(to_wire(request.scene));
-  out.scene().octree().clear();
+  if (!motion::needs_map(request.primitive)) out.scene().octree().clear();
   out.action(request.action);
   out.q_start(request.q_start);
   out.primitive(to_wire(request.primitive));
   out.want_gains(request.want_gains);
   out.last(to_wire(request.last));
+  if (request.held) {
+    msg::HeldObject held;
+    held.name(request.held->name);
+    held.pose(to_wire(request.held->X_GO));
+    out.held().push_back(std::move(held));
+  }
   return out;
 }
 
@@ -119,6 +153,12 @@ Result<motion::PlanRequest> from_wire(const msg::PlanRequest& message) {
   PRIMO_ASSIGN(out.primitive, from_wire(message.primitive()));
   out.want_gains = message.want_gains();
   PRIMO_ASSIGN(out.last, from_wire("last", message.last()));
+  PRIMO_TRY(check_count("held", message.held().size(), 1));
+  for (const msg::HeldObject& held : message.held()) {
+    PRIMO_TRY(check_text("held.name", held.name()));
+    PRIMO_ASSIGN(const Pose X_GO, from_wire("held.pose", held.pose()));
+    out.held = motion::HeldObject{held.name(), X_GO};
+  }
   return out;
 }
 

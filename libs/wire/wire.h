@@ -36,7 +36,7 @@ Result<scene::SceneEstimate> from_wire(const msg::SceneEstimate& message);
 msg::Primitive to_wire(const motion::Primitive& primitive);
 Result<motion::Primitive> from_wire(const msg::Primitive& message);
 
-/// Leaves the scene's octree out: planners use the objects and the table.
+/// Leaves the scene's octree out unless a task of the primitive needs it.
 msg::PlanRequest to_wire(const motion::PlanRequest& request);
 Result<motion::PlanRequest> from_wire(const msg::PlanRequest& message);
 

@@ -131,18 +131,24 @@ class Draw {
       motion::Task task;
       task.name = word();
       task.variable = word();
-      task.profile = static_cast<motion::Profile>(integer(0, 4));
+      task.profile = static_cast<motion::Profile>(integer(0, 6));
       task.at = real(0, 1);
       task.rho = real(0, 1e9);
       task.rho_late = real(0, 1e9);
       task.target = reals(3);
       for (int k = integer(0, 3); k > 0; --k) task.parameters[word()] = real();
       task.optimize = coin();
+      for (int k = integer(0, 3); k > 0; --k) task.of[word()] = word();
+      task.from_start = coin();
       out.tasks.push_back(task);
     }
     return out;
   }
-  motion::PlanRequest plan_request() { return {estimate(), words(), reals(14), primitive(), coin(), matrix(integer(0, 5), 14)}; }
+  motion::PlanRequest plan_request() {
+    motion::PlanRequest out{estimate(), words(), reals(14), primitive(), coin(), matrix(integer(0, 5), 14)};
+    if (coin()) out.held = motion::HeldObject{word(), pose_of()};
+    return out;
+  }
   motion::Plan plan() {
     motion::Plan out;
     out.status = static_cast<motion::PlanStatus>(integer(0, 5));

@@ -159,10 +159,26 @@ TEST(Wire, poses_are_not_rounded_by_the_way) {
   }
 }
 
-TEST(Wire, a_plan_request_leaves_the_octree_at_home) {
+TEST(Wire, a_plan_request_takes_the_octree_along_only_where_a_task_needs_it) {
   motion::PlanRequest request = Draw(3).plan_request();
   request.scene.octree = {1, 2, 3};
   EXPECT_TRUE(to_wire(request).scene().octree().empty());
+  request.primitive.tasks.emplace_back().variable = "perceived_collision";
+  EXPECT_EQ(to_wire(request).scene().octree(), request.scene.octree);
+}
+
+TEST(Wire, a_plan_request_holds_one_object_at_most) {
+  motion::PlanRequest request = Draw(4).plan_request();
+  request.held = motion::HeldObject{"c1", Draw(5).pose_of()};
+  msg::PlanRequest message = to_wire(request);
+  const auto arrived = from_wire(message).value();
+  ASSERT_TRUE(arrived.held);
+  EXPECT_EQ(arrived.held->name, "c1");
+  EXPECT_EQ(arrived.held->X_GO.matrix(), request.held->X_GO.matrix());
+  message.held().push_back(message.held().front());
+  EXPECT_EQ(from_wire(message).error().message, "malformed message: held has 2 entries, at most 1 are allowed");
+  request.held.reset();
+  EXPECT_FALSE(from_wire(to_wire(request)).value().held);
 }
 
 template <class Message, class Change>
