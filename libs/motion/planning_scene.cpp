@@ -120,9 +120,11 @@ Status PlanningScene::perceive(const scene::SceneEstimate& estimate) {
   if (held) occupied = cut_out(std::move(occupied), *held, voxel);
   PRIMO_ASSIGN(perceived, make_field(occupied, voxel));
   perceived_without_contact = perceived;
-  if (const auto* body = contact()) {
-    PRIMO_ASSIGN(perceived_without_contact, make_field(cut_out(std::move(occupied), *body, voxel), voxel));
-  }
+  const auto* body = contact();
+  if (!body) return success();
+  const auto rest = cut_out(occupied, *body, voxel);
+  if (rest.size() == occupied.size()) return success();
+  PRIMO_ASSIGN(perceived_without_contact, make_field(rest, voxel));
   return success();
 }
 

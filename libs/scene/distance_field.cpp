@@ -1,6 +1,7 @@
 #include "scene/distance_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -113,32 +114,31 @@ double DistanceField::distance(const Eigen::Vector3d& p_W) const {
 }
 
 double DistanceField::trilinear(const Eigen::Vector3d& voxels, Eigen::Vector3d& gradient) const {
-  Eigen::Vector3i low, step;
-  Eigen::Vector3d share;
+  std::size_t at = 0;
+  std::array<std::size_t, 3> step{};
+  Eigen::Vector3d f;  // in [0, 1], from the cell's lower corner
   for (int i = 0; i < 3; ++i) {
-    low[i] = std::clamp(static_cast<int>(std::floor(voxels[i])), 0, std::max(0, size_[i] - 2));
-    step[i] = size_[i] > 1 ? 1 : 0;
-    share[i] = voxels[i] - low[i];
+    const int low = std::clamp(static_cast<int>(voxels[i]), 0, std::max(0, size_[i] - 2));
+    f[i] = voxels[i] - low;
+    at = at * static_cast<std::size_t>(size_[i]) + static_cast<std::size_t>(low);
+    step[static_cast<std::size_t>(i)] = size_[i] > 1 ? 1 : 0;
   }
   const auto ny = static_cast<std::size_t>(size_.y()), nz = static_cast<std::size_t>(size_.z());
-  const auto corner = [&](int x, int y, int z) {
-    const auto at = [&](int axis, int bit) { return static_cast<std::size_t>(low[axis] + bit * step[axis]); };
-    return std::sqrt(static_cast<double>(squared_[(at(0, x) * ny + at(1, y)) * nz + at(2, z)])) * resolution_;
-  };
-  double value = 0;
-  gradient.setZero();
-  for (int bits = 0; bits < 8; ++bits) {
-    const Eigen::Vector3i bit(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
-    const double d = corner(bit.x(), bit.y(), bit.z());
-    Eigen::Vector3d weight;
-    for (int i = 0; i < 3; ++i) weight[i] = bit[i] ? share[i] : 1 - share[i];
-    value += d * weight.prod();
-    gradient.x() += (bit.x() ? d : -d) * weight.y() * weight.z();
-    gradient.y() += (bit.y() ? d : -d) * weight.x() * weight.z();
-    gradient.z() += (bit.z() ? d : -d) * weight.x() * weight.y();
-  }
-  gradient /= resolution_;
-  return value;
+  step[0] *= ny * nz;
+  step[1] *= nz;
+  std::array<float, 8> d{};  // x, y, z as bits 4, 2, 1
+  for (std::size_t k = 0; k < 8; ++k)
+    d[k] = std::sqrt(squared_[at + (k >> 2) * step[0] + (k >> 1 & 1) * step[1] + (k & 1) * step[2]]);
+  const auto along = [](double low, double high, double share) { return low + share * (high - low); };
+  // One axis after the other: z, then y, then x.
+  const double d00 = along(d[0], d[1], f.z()), d01 = along(d[2], d[3], f.z()), d10 = along(d[4], d[5], f.z()),
+               d11 = along(d[6], d[7], f.z());
+  const double d0 = along(d00, d01, f.y()), d1 = along(d10, d11, f.y());
+  const auto slope_z = [&](std::size_t k) { return static_cast<double>(d[k + 1]) - d[k]; };
+  gradient.x() = d1 - d0;
+  gradient.y() = along(d01 - d00, d11 - d10, f.x());
+  gradient.z() = along(along(slope_z(0), slope_z(2), f.y()), along(slope_z(4), slope_z(6), f.y()), f.x());
+  return along(d0, d1, f.x()) * resolution_;
 }
 
 double DistanceField::interpolate(const Eigen::Vector3d& p_W, Eigen::Vector3d& gradient) const {
