@@ -89,6 +89,23 @@ TEST(Place, WithAPrecisePositionTheHeldObjectEndsUprightOnTheSupport) {
   EXPECT_GE(ends.within_2_cm, 8);
 }
 
+TEST(Place, RandomPrecisionsNeverGiveWhatIsNotFinite) {
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    Random random(11, "random_rho of place", {i});
+    std::vector<double> rho(place_primitive().log_rho().size());
+    for (double& value : rho) value = random.uniform(-3, 9);
+    auto place = place_request(i % 5);
+    place.primitive = place_primitive().with_log_rho(rho);
+    place.primitive.max_iterations = 30;
+    place.want_gains = true;
+    const Plan answer = plan(schunk(), place);
+    ASSERT_NE(answer.status, PlanStatus::bad_input) << i << ": " << answer.reason;
+    ASSERT_TRUE(answer.trajectory.q.allFinite() && std::isfinite(answer.cost_final)) << i;
+    for (const auto& K : answer.gains.K) ASSERT_TRUE(K.allFinite()) << i;
+    ASSERT_LE(answer.cost_final, answer.cost_initial) << i;
+  }
+}
+
 TEST(Place, LiftsFirstAndLowersLast) {
   const auto place = place_request(1);
   const Plan answer = plan(schunk(), place);
