@@ -16,7 +16,7 @@ inline constexpr const char* kObjectHelp = "an object: target, second, held, or 
 
 /// An object with its frame: fixed to the world (body 0), or to the grasp frame's body when it is held.
 struct ObjectFrame {
-  const SceneBody* body = nullptr;  ///< outlives the scene it was found in no longer than that
+  const SceneBody* body = nullptr;  ///< in the scene it was found in
   robot::Frame frame;
 };
 

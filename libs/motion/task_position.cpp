@@ -22,7 +22,7 @@ double half_height(const Shape& shape) {
 
 /// φ(q) = p_WF(q) − p_WO(q) − h z_W in W, m (3 rows): paper, IV.A, "reach target". O moves with the hand when it is
 /// held. h = 0 for point centre; for point on_top, h is half the heights of F's object and of O, both upright, and the
-/// clearance.
+/// clearance. O may be the world: φ is then the position itself.
 class Position final : public TaskVariable {
  public:
   Position(const robot::Robot& robot, const robot::Frame& frame, const robot::Frame& object, double height)
@@ -72,7 +72,7 @@ TaskVariableEntry position_task() {
           "a frame's origin relative to an object's centre or to where it stands on it, m",
           {{"clearance", 0.005, 0, 1, "m, between the two objects at point on_top"}},
           {{"frame", "grasp", {}, kFrameHelp},
-           {"object", "target", {}, kObjectHelp},
+           {"object", "target", {}, std::string(kObjectHelp) + ", or world"},
            {"point", "centre", {"centre", "on_top"}, "the object's centre, or where the frame's object stands on it"}},
           create};
 }
