@@ -160,6 +160,10 @@ Result<Plan> try_plan(const robot::Robot& robot, const PlanRequest& request) {
 const std::vector<PlannerEntry>& planners() {
   static const std::vector<PlannerEntry> table = {
       {"gauss_newton", "Levenberg–Marquardt on the banded Gauss–Newton system", gauss_newton},
+      {"aico", "approximate inference control", aico},
+      {"aico_forward", "the same, linearising on the forward pass only", aico_forward},
+      {"aico_symmetric", "the same, linearising on both passes", aico_symmetric},
+      {"aico_local", "the same, linearising on both passes up to five times a step", aico_local},
   };
   return table;
 }

@@ -75,6 +75,16 @@ double control_cost(const TrajectoryProblem& problem, const Eigen::MatrixXd& q);
 Solution gauss_newton(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
                       const SolverOptions& options);
 
+/// Approximate inference control from the given path, with the same guarantees. The variants differ in where a sweep
+/// linearises tasks anew: on its forward pass, on both passes (what `aico` does), or on both up to five times a step.
+Solution aico(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q, const SolverOptions& options);
+Solution aico_forward(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
+                      const SolverOptions& options);
+Solution aico_symmetric(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
+                        const SolverOptions& options);
+Solution aico_local(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
+                    const SolverOptions& options);
+
 /// Feedback gains around a solution by the Riccati recursion on R_t and H: u_t = û_t + K_t (x_t − x̂_t), x = (q, v).
 Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, const std::vector<StageModel>& models);
 
