@@ -45,6 +45,15 @@ Status MotionCost::add(const PlanningScene& scene, const Primitive& primitive, c
     term.variable->evaluate({q_start, kinematics_, 0.0, still, dt_}, term.departure, nullptr);
     term.departure -= term.target;
   }
+  if (const int inequalities = term.variable->inequalities(); inequalities > 0) {
+    robot_.forward(q_start, kinematics_);
+    const Eigen::VectorXd still = Eigen::VectorXd::Zero(robot_.joints());
+    term.overlap.resize(inequalities);
+    term.J_c.resize(inequalities, robot_.joints());
+    term.variable->inequality({q_start, kinematics_, 0.0, still, dt_}, term.overlap, nullptr);
+    term.overlap = term.overlap.cwiseMin(0);
+    inequalities_ += inequalities;
+  }
   terms_.push_back(std::move(term));
   return success();
 }
@@ -129,6 +138,21 @@ double MotionCost::evaluate(int t, const Eigen::VectorXd& q, const Eigen::Vector
     }
   }
   return cost;
+}
+
+void MotionCost::inequality(int t, const Eigen::VectorXd& q, Eigen::VectorXd& c, Eigen::MatrixXd* J) {
+  robot_.forward(q, kinematics_);
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(robot_.joints());
+  const Configuration at{q, kinematics_, static_cast<double>(t) / steps_, still, dt_};
+  Eigen::Index row = 0;
+  for (auto& term : terms_) {
+    const Eigen::Index rows = term.overlap.size();
+    if (rows == 0) continue;
+    term.variable->inequality(at, c.segment(row, rows), J ? &term.J_c : nullptr);
+    c.segment(row, rows) -= (1 - at.phase) * term.overlap;
+    if (J) J->middleRows(row, rows) = term.J_c;
+    row += rows;
+  }
 }
 
 /// The blocks of R and r that belong to v.

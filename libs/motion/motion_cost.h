@@ -20,6 +20,10 @@ class MotionCost final : public StageCosts {
                                                     const Primitive& primitive, const Eigen::VectorXd& q_start);
 
   double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, StageModel* model) override;
+  /// Those of the task variables, in the primitive's order. A pair that overlaps at q_start may do so less and less
+  /// until the end, as soft tasks depart from their value there.
+  int inequalities() const override { return inequalities_; }
+  void inequality(int t, const Eigen::VectorXd& q, Eigen::VectorXd& c, Eigen::MatrixXd* J) override;
 
   /// The cost of each task over the path q (n × T), in the primitive's order.
   std::vector<TaskCost> task_costs(const Eigen::MatrixXd& q);
@@ -36,6 +40,8 @@ class MotionCost final : public StageCosts {
     int early_until = 1;        // last early step: at·T
     Eigen::VectorXd residual;   // workspace
     Jacobian J, J_v;            // workspace
+    Eigen::VectorXd overlap;    // min(0, c(q_0)) of its inequalities
+    Jacobian J_c;               // workspace of the inequalities
   };
 
   MotionCost(const robot::Robot& robot, const Primitive& primitive)
@@ -57,6 +63,7 @@ class MotionCost final : public StageCosts {
   const double dt_;  // s
   Eigen::VectorXd q_start_;
   std::vector<Term> terms_;
+  int inequalities_ = 0;
   robot::Kinematics kinematics_;
 };
 

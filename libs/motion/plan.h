@@ -20,14 +20,16 @@ enum class PlanStatus {
   iteration_limit,
   damping_limit,
   factorisation_failed,
-  bad_input
+  bad_input,
+  infeasible  ///< hard constraints cannot be met from this start
 };
 }  // namespace primo::motion
 
 template <>
 struct primo::config::EnumNames<primo::motion::PlanStatus> {
-  static constexpr std::array<std::string_view, 6> names = {"converged_step", "converged_cost",       "iteration_limit",
-                                                            "damping_limit",  "factorisation_failed", "bad_input"};
+  static constexpr std::array<std::string_view, 7> names = {"converged_step", "converged_cost",       "iteration_limit",
+                                                            "damping_limit",  "factorisation_failed", "bad_input",
+                                                            "infeasible"};
 };
 
 namespace primo::motion {

@@ -67,6 +67,8 @@ std::string why_stopped(const Solution& solution, const Primitive& primitive) {
       return "stopped" + after + ": no step at the largest damping lowers the cost";
     case PlanStatus::factorisation_failed:
       return "stopped" + after + ": the Gauss–Newton system cannot be factorised at the largest damping";
+    case PlanStatus::infeasible:
+      return "stopped" + after + ": no path nearby keeps the limits and clearances";
     case PlanStatus::bad_input:
       return "the cost at the start is not finite";
   }
@@ -164,6 +166,9 @@ const std::vector<PlannerEntry>& planners() {
       {"aico_forward", "the same, linearising on the forward pass only", aico_forward},
       {"aico_symmetric", "the same, linearising on both passes", aico_symmetric},
       {"aico_local", "the same, linearising on both passes up to five times a step", aico_local},
+      {"ilqg", "iterative LQG: a regularised Riccati sweep and a line search each step", ilqg},
+      {"ipopt", "the interior-point method Ipopt, unconstrained", ipopt},
+      {"ipopt_constrained", "Ipopt with joint limits and clearances as hard constraints", ipopt_constrained},
   };
   return table;
 }

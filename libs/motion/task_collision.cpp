@@ -10,6 +10,9 @@
 namespace primo::motion {
 namespace {
 
+// m. A path bends by about a millimetre between two steps, and solvers keep constraints to a tenth of that.
+constexpr double kClearance = 1e-3;
+
 /// φ(q) = Σ max(0, 1 − d / margin) over pairs (1 row):
 /// - a moving link and an obstacle or the table;
 /// - the target and every link of the arm, and before phase `target_until` every link of the hand, which has to come
@@ -41,7 +44,7 @@ class Collision final : public TaskVariable {
   void evaluate(const Configuration& at, Eigen::Ref<Eigen::VectorXd> phi, Jacobian* J) const override {
     phi[0] = 0;
     if (J) J->setZero();
-    for_each_near_pair(at, [&](const Mover& mover, const std::string&, int body, const robot::Distance& d) {
+    for_each_near_pair(at, [&](const Mover& mover, const SceneBody&, int body, const robot::Distance& d) {
       phi[0] += 1 - d.distance / margin_;
       if (!J) return;
       robot_.add_point_gradient(at.kinematics, mover.frame.body, d.point_a, -d.gradient / margin_, J->row(0));
@@ -49,13 +52,29 @@ class Collision final : public TaskVariable {
     });
   }
 
+  int inequalities() const override { return static_cast<int>((movers_.size() + 1) * bodies()); }
+
+  /// c = min(d, margin) − clearance for each pair: pairs that do not count at this phase are as far as the margin.
+  void inequality(const Configuration& at, Eigen::Ref<Eigen::VectorXd> c, Jacobian* J) const override {
+    const double clearance = std::min(kClearance, margin_ / 2);
+    c.setConstant(margin_ - clearance);
+    if (J) J->setZero();
+    for_each_near_pair(at, [&](const Mover& mover, const SceneBody& other, int body, const robot::Distance& d) {
+      const auto row = pair_number(mover, other);
+      c[row] = d.distance - clearance;
+      if (!J) return;
+      robot_.add_point_gradient(at.kinematics, mover.frame.body, d.point_a, d.gradient, J->row(row));
+      if (body > 0) robot_.add_point_gradient(at.kinematics, body, d.point_a, -d.gradient, J->row(row));
+    });
+  }
+
   std::string explain(const Configuration& at) const override {
     double nearest = margin_;
     std::string text;
-    for_each_near_pair(at, [&](const Mover& mover, const std::string& other, int, const robot::Distance& d) {
+    for_each_near_pair(at, [&](const Mover& mover, const SceneBody& other, int, const robot::Distance& d) {
       if (d.distance >= nearest) return;
       nearest = d.distance;
-      text = *mover.name + " and " + other + " are " + config::detail::format(std::round(d.distance * 1e4) / 1e4) +
+      text = *mover.name + " and " + other.name + " are " + config::detail::format(std::round(d.distance * 1e4) / 1e4) +
              " m apart";
     });
     return text;
@@ -70,6 +89,20 @@ class Collision final : public TaskVariable {
     double bounding_radius = 0;
     bool hand = false;
   };
+
+  /// The obstacles, the target and the held object.
+  std::size_t bodies() const { return scene_.obstacles.size() + 2; }
+
+  /// By mover, the held object last, then by body.
+  Eigen::Index pair_number(const Mover& mover, const SceneBody& body) const {
+    const auto first = static_cast<std::size_t>(&mover == &held_ ? movers_.size() : &mover - movers_.data());
+    const std::size_t obstacles = scene_.obstacles.size();
+    const bool is_held = scene_.held && &body == &*scene_.held;
+    const auto second = is_held                   ? obstacles + 1
+                        : &body == &scene_.target ? obstacles
+                                                  : static_cast<std::size_t>(&body - scene_.obstacles.data());
+    return static_cast<Eigen::Index>(first * bodies() + second);
+  }
 
   template <class F>
   void for_each_near_pair(const Configuration& at, F&& f) const {
@@ -100,7 +133,7 @@ class Collision final : public TaskVariable {
     Eigen::Vector3d normal;
     if (robot::signed_distance(body.shape, X_WB.linear().transpose() * offset, normal) >= reach) return;
     const auto d = robot::distance(*mover.shape, robot_.pose(at.kinematics, mover.frame), body.shape, X_WB);
-    if (d.distance < margin_) f(mover, body.name, moved_by, d);
+    if (d.distance < margin_) f(mover, body, moved_by, d);
   }
 
   const robot::Robot& robot_;

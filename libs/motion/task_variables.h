@@ -53,6 +53,12 @@ class TaskVariable {
   virtual bool departs_from_start() const { return false; }
   /// Whether φ(q) = q, so that the solver can skip the Jacobian.
   virtual bool is_identity() const { return false; }
+  /// How many inequalities c(q) ≥ 0 the variable stands for where a solver keeps it as a hard constraint.
+  virtual int inequalities() const { return 0; }
+  /// Writes c and, unless J is null, ∂c/∂q (a row for each). Rows that are far from their bound are cut off at a
+  /// constant, their gradient zero.
+  virtual void inequality(const Configuration& /*configuration*/, Eigen::Ref<Eigen::VectorXd> /*c*/,
+                          Jacobian* /*J*/) const {}
   /// What the value comes from, for a plan's reason: e.g. the pair of bodies in collision. Empty where there is nothing
   /// to say.
   virtual std::string explain(const Configuration& /*configuration*/) const { return {}; }

@@ -17,7 +17,8 @@ namespace primo::motion {
 struct StageModel {
   Eigen::MatrixXd R_qq;  ///< n × n, lower triangle
   Eigen::VectorXd r_q;   ///< n
-  bool moving = false;   ///< whether Φ depends on v; what follows means nothing otherwise
+  /// Whether Φ depends on v, the same at every q and v of a step; what follows means nothing otherwise.
+  bool moving = false;
   Eigen::MatrixXd R_vq;  ///< n × n
   Eigen::MatrixXd R_vv;  ///< n × n, lower triangle
   Eigen::VectorXd r_v;   ///< n
@@ -29,6 +30,11 @@ class StageCosts {
   virtual ~StageCosts() = default;
   /// Φ_t(q, v)ᵀ Φ_t(q, v) for t = 1 … T; also writes the model unless that is null.
   virtual double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd& v, StageModel* model) = 0;
+  /// How many inequalities c_t(q) ≥ 0 there are at every step, for solvers that keep hard constraints.
+  virtual int inequalities() const { return 0; }
+  /// Writes c_t(q) and, unless J is null, ∂c_t/∂q (a row for each inequality). A row far from its bound is cut off at a
+  /// constant, its gradient zero.
+  virtual void inequality(int /*t*/, const Eigen::VectorXd& /*q*/, Eigen::VectorXd& /*c*/, Eigen::MatrixXd* /*J*/) {}
 };
 
 struct TrajectoryProblem {
@@ -84,6 +90,18 @@ Solution aico_symmetric(const TrajectoryProblem& problem, StageCosts& stages, Ei
                         const SolverOptions& options);
 Solution aico_local(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
                     const SolverOptions& options);
+
+/// The same minimum by iterative LQG: a regularised Riccati sweep and a line search a step (Tassa et al., 2012).
+Solution ilqg(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q, const SolverOptions& options);
+
+/// The same minimum by the interior-point method Ipopt; calls from several threads take turns. Deterministic.
+Solution ipopt(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q, const SolverOptions& options);
+
+/// The same cost with q_lower ≤ q_t ≤ q_upper and every inequality of the stages; the start is clamped into the limits,
+/// and the solution violates no inequality by more than 1e-4 unless its status is not convergence. Limits out of order
+/// give bad_input. The cost may rise over a start that violates an inequality.
+Solution ipopt_constrained(const TrajectoryProblem& problem, StageCosts& stages, Eigen::MatrixXd q,
+                           const SolverOptions& options);
 
 /// Feedback gains around a solution by the Riccati recursion on R_t and H: u_t = û_t + K_t (x_t − x̂_t), x = (q, v).
 Gains riccati_gains(const TrajectoryProblem& problem, const Eigen::MatrixXd& q, const std::vector<StageModel>& models);

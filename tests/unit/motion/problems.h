@@ -166,4 +166,62 @@ inline LinearStages point_mass_stages(int T, double rho) {
   return stages;
 }
 
+/// A planar arm of two links: its tip reaches a goal at the last step, away from a round obstacle at every step.
+class PlanarStages final : public StageCosts {
+ public:
+  static constexpr double kFirst = 1.0, kSecond = 0.8;  // m
+  int steps = 1;
+  double rho = 1, rho_obstacle = 0;
+  Eigen::Vector2d goal{0, 0}, obstacle{0, 0};  // m
+  double radius = 0.3;                         // m
+  bool hard = false;                           // whether the obstacle is an inequality too
+
+  static Eigen::Vector2d tip(const Eigen::VectorXd& q, Eigen::Matrix2d* J = nullptr) {
+    const double a = q[0], b = q[0] + q[1];
+    if (J)
+      *J << -kFirst * std::sin(a) - kSecond * std::sin(b), -kSecond * std::sin(b),
+          kFirst * std::cos(a) + kSecond * std::cos(b), kSecond * std::cos(b);
+    return {kFirst * std::cos(a) + kSecond * std::cos(b), kFirst * std::sin(a) + kSecond * std::sin(b)};
+  }
+  /// The joint angles at a tip, elbow with q₂ ≥ 0.
+  static Eigen::Vector2d inverse(const Eigen::Vector2d& p) {
+    const double c = (p.squaredNorm() - kFirst * kFirst - kSecond * kSecond) / (2 * kFirst * kSecond);
+    const double elbow = std::acos(c);
+    return {std::atan2(p.y(), p.x()) - std::atan2(kSecond * std::sin(elbow), kFirst + kSecond * std::cos(elbow)),
+            elbow};
+  }
+
+  double evaluate(int t, const Eigen::VectorXd& q, const Eigen::VectorXd&, StageModel* model) override {
+    Eigen::Matrix2d J;
+    const Eigen::Vector2d p = tip(q, &J);
+    Eigen::Vector3d phi = Eigen::Vector3d::Zero();
+    Eigen::Matrix<double, 3, 2> slope = Eigen::Matrix<double, 3, 2>::Zero();
+    if (t == steps) {
+      phi.head<2>() = std::sqrt(rho) * (p - goal);
+      slope.topRows<2>() = std::sqrt(rho) * J;
+    }
+    const double distance = std::max(1e-6, (p - obstacle).norm());
+    if (distance < radius) {
+      phi[2] = std::sqrt(rho_obstacle) * (1 - distance / radius);
+      slope.row(2) = -std::sqrt(rho_obstacle) / (radius * distance) * (p - obstacle).transpose() * J;
+    }
+    if (model) {
+      model->R_qq = slope.transpose() * slope;
+      model->r_q = slope.transpose() * phi;
+    }
+    return phi.squaredNorm();
+  }
+
+  int inequalities() const override { return hard ? 1 : 0; }
+  void inequality(int, const Eigen::VectorXd& q, Eigen::VectorXd& c, Eigen::MatrixXd* J) override {
+    Eigen::Matrix2d slope;
+    const Eigen::Vector2d away = tip(q, &slope) - obstacle;
+    const double distance = std::max(1e-6, away.norm()), cut = 2 * radius;
+    c[0] = std::min(distance, cut) - radius;
+    if (!J) return;
+    J->setZero();
+    if (distance < cut) J->row(0) = away.transpose() / distance * slope;
+  }
+};
+
 }  // namespace primo::motion
