@@ -42,7 +42,7 @@ TEST(Ipopt, IsAccurateWithPrecisionsOverTwelveDecades) {
     const auto problem = make_problem(4, 12, seed);
     auto stages = make_linear(4, 12, 12, seed);
     const auto solution = ipopt(problem, stages, rest(problem), fine());
-    EXPECT_LT((solution.q - dense_solution(problem, stages)).cwiseAbs().maxCoeff(), 1e-4) << seed;
+    EXPECT_LT((solution.q - dense_solution(problem, stages)).cwiseAbs().maxCoeff(), 1e-6) << seed;
   }
 }
 
@@ -121,7 +121,7 @@ TEST(Ipopt, RandomPrecisionsNeverGiveWhatIsNotFinite) {
       ASSERT_NE(answer.status, PlanStatus::bad_input) << i << ": " << answer.reason;
       ASSERT_TRUE(answer.trajectory.q.allFinite() && std::isfinite(answer.cost_final)) << i;
       ASSERT_LE(answer.iterations + answer.rejected, 30) << i;
-      if (solver == "ipopt") ASSERT_LE(answer.cost_final, answer.cost_initial) << i;
+      ASSERT_TRUE(solver != "ipopt" || answer.cost_final <= answer.cost_initial) << i;
       for (const auto& K : answer.gains.K) ASSERT_TRUE(K.allFinite()) << i;
     }
   }
@@ -235,10 +235,14 @@ double least_distance(const PlanRequest& asked, const Plan& answer) {
 }
 
 TEST(IpoptConstrained, GraspsClearOfEverythingWhereTheSoftPlanTouches) {
+  Primitive careless = hand_tuned();
+  for (auto& task : careless.tasks) {
+    if (task.name == "collision") task.rho = 1e-5;
+  }
+  careless.max_iterations = 400;
   int touching = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
-    auto asked = request(seed, hand_tuned());
-    asked.primitive.max_iterations = 400;
+    auto asked = request(seed, careless);
     const Plan soft = plan(schunk(), asked);
     asked.primitive.solver = "ipopt_constrained";
     const Plan hard = plan(schunk(), asked);
@@ -251,7 +255,7 @@ TEST(IpoptConstrained, GraspsClearOfEverythingWhereTheSoftPlanTouches) {
       ASSERT_TRUE((q >= schunk().lower().array()).all() && (q <= schunk().upper().array()).all()) << seed << " " << t;
     }
   }
-  EXPECT_GE(touching, 2);
+  EXPECT_GE(touching, 4);
 }
 
 }  // namespace

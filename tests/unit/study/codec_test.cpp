@@ -22,7 +22,7 @@ double any_double(Random& random) {
 
 RolloutResult any_result(Random& random) {
   RolloutResult result = test::perfect_grasp();
-  result.plan_status = static_cast<motion::PlanStatus>(random.below(6));
+  result.plan_status = static_cast<motion::PlanStatus>(random.below(7));
   result.plan_reason = "the \"reason\" — ρ\n";
   result.iterations = static_cast<int>(random.below(1000));
   result.plan_cost = any_double(random);

@@ -151,7 +151,7 @@ class Draw {
   }
   motion::Plan plan() {
     motion::Plan out;
-    out.status = static_cast<motion::PlanStatus>(integer(0, 5));
+    out.status = static_cast<motion::PlanStatus>(integer(0, 6));
     out.reason = word();
     const int n = integer(1, 14), steps = integer(0, 20);
     for (int i = 0; i < n; ++i) out.trajectory.joints.push_back(word());
