@@ -10,7 +10,7 @@
 namespace primo::motion {
 namespace {
 
-// m. A path bends by about a millimetre between two steps, and solvers keep constraints to a tenth of that.
+// m. A path bends by about half of that between two steps, and solvers keep constraints to a tenth of it.
 constexpr double kClearance = 1e-3;
 
 /// φ(q) = Σ max(0, 1 − d / margin) over pairs (1 row):
