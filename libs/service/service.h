@@ -58,7 +58,8 @@ class Context {
  public:
   bus::Participant& participant();
   bus::StatusPublisher& status();
-  /// Who is there. Made when first asked for: every watcher costs every process some messages a second. Not thread-safe.
+  /// Who is there. Made when first asked for: every watcher costs every process some messages a second. Not
+  /// thread-safe.
   Result<bus::StatusWatcher*> watcher();
   spdlog::logger& log();
   const std::string& name() const;
