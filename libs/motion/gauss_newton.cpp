@@ -40,6 +40,7 @@ class Solver {
   const int n_, T_;
   const double scale_;
   BandMatrix band_;
+  double share_ = 1;  // of the last step taken
   Solution solution_;
 };
 
@@ -53,13 +54,14 @@ bool Solver::step(const PathModel& at, const Eigen::VectorXd& g, double lambda, 
 }
 
 /// Takes Δ, or the largest of a few shares of it, that lowers the cost; gives that share, 0 when none does. Proximities
-/// begin with a kink: just beyond one, a part of the step is worth more than a new factorisation with more damping.
+/// begin with a kink: just beyond one, a part of the step is worth more than a new factorisation with more damping. A
+/// step after a share begins one share larger: kinks come in rows.
 double Solver::search(const PathModel& at, const Eigen::VectorXd& delta, double size, PathModel& trial) {
-  double share = 1;
+  double share = std::min(1.0, share_ / kContraction);
   for (int k = 0; k <= kBacktracks && (k == 0 || share * size > kSmallestShare); ++k, share *= kContraction) {
     trial.q = at.q + share * Eigen::Map<const Eigen::MatrixXd>(delta.data(), n_, T_);
     ++solution_.evaluations;
-    if (evaluate(problem_, stages_, trial, at.cost)) return share;
+    if (evaluate(problem_, stages_, trial, at.cost)) return share_ = share;
   }
   return 0;
 }

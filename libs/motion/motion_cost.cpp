@@ -94,7 +94,7 @@ void MotionCost::residual(Term& term, int t, const Configuration& at, bool with_
   if (with_jacobian && term.variable->moving()) term.variable->velocity_jacobian(at, term.J_v);
   term.residual -= target_share(term, t) * term.target;
   if (term.departure.size() > 0) term.residual -= (1 - at.phase) * term.departure;
-  for (int row = 0; row < term.variable->size(); ++row) {
+  for (int row = 0, rows = static_cast<int>(term.residual.size()); row < rows; ++row) {
     if (term.variable->counts(row, at.phase)) continue;
     term.residual[row] = 0;
     if (!with_jacobian) continue;
@@ -125,17 +125,7 @@ double MotionCost::evaluate(int t, const Eigen::VectorXd& q, const Eigen::Vector
       continue;
     }
     if (term.variable->moving()) add_moving(rho, term, *model);
-    // Most rows touch few joints: skip the zeros.
-    for (Eigen::Index row = 0; row < term.J.rows(); ++row) {
-      const double* J = term.J.row(row).data();
-      for (int j = 0; j < n; ++j) {
-        if (J[j] == 0) continue;
-        const double weighted = rho * J[j];
-        model->r_q[j] += weighted * term.residual[row];
-        double* column = model->R_qq.col(j).data();
-        for (int i = j; i < n; ++i) column[i] += weighted * J[i];
-      }
-    }
+    add_rows(rho, term, *model);
   }
   return cost;
 }
@@ -152,6 +142,26 @@ void MotionCost::inequality(int t, const Eigen::VectorXd& q, Eigen::VectorXd& c,
     c.segment(row, rows) -= (1 - at.phase) * term.overlap;
     if (J) J->middleRows(row, rows) = term.J_c;
     row += rows;
+  }
+}
+
+/// R_qq += ρ JᵀJ and r_q += ρ Jᵀ(φ − y*), the lower triangle.
+void MotionCost::add_rows(double rho, const Term& term, StageModel& model) const {
+  const Eigen::Index n = term.J.cols();
+  for (Eigen::Index row = 0; row < term.J.rows(); ++row) {
+    const double* J = term.J.row(row).data();
+    // Rows touch a stretch of the joints, or none: beyond the margin of a proximity all are zero.
+    Eigen::Index first = 0, last = n;
+    while (first < n && J[first] == 0) ++first;
+    while (last > first && J[last - 1] == 0) --last;
+    const double weighted = rho * term.residual[row];
+    for (Eigen::Index j = first; j < last; ++j) {
+      if (J[j] == 0) continue;
+      model.r_q[j] += weighted * J[j];
+      const double factor = rho * J[j];
+      double* column = model.R_qq.data() + j * n;
+      for (Eigen::Index i = j; i < last; ++i) column[i] += factor * J[i];
+    }
   }
 }
 

@@ -53,6 +53,7 @@ class MotionCost final : public StageCosts {
   /// φ − y*_t into term.residual, rows that do not count zero; the Jacobian where asked for.
   void residual(Term& term, int t, const Configuration& at, bool with_jacobian) const;
 
+  void add_rows(double rho, const Term& term, StageModel& model) const;
   void add_moving(double rho, const Term& term, StageModel& model) const;
   /// Calls visit(configuration, t) at every step of the path.
   template <class F>

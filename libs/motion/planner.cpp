@@ -13,6 +13,8 @@
 namespace primo::motion {
 namespace {
 
+constexpr double kCostTolerance = 1e-3;  // starts differ by a hundred times more than what lies below it
+
 Plan bad_input(const std::string& reason) {
   Plan plan;
   plan.status = PlanStatus::bad_input;
@@ -142,7 +144,7 @@ Result<Plan> try_plan(const robot::Robot& robot, const PlanRequest& request) {
   options.max_iterations = primitive.max_iterations;
   options.step_tolerance = primitive.tolerance;
   // Near a minimum the cost is quadratic in the step.
-  options.cost_tolerance = std::min(options.cost_tolerance, primitive.tolerance * primitive.tolerance);
+  options.cost_tolerance = std::min(kCostTolerance, 10 * primitive.tolerance * primitive.tolerance);
   std::optional<Solution> best;
   std::string chosen;
   for (auto& start : starts) {

@@ -104,35 +104,58 @@ class Collision final : public TaskVariable {
     return static_cast<Eigen::Index>(first * bodies() + second);
   }
 
+  /// Calls f(mover, body, moved_by, distance) for each pair within the margin; `moved_by` is the robot's body that
+  /// moves the other body, 0 for none.
   template <class F>
   void for_each_near_pair(const Configuration& at, F&& f) const {
     const bool keep_off = at.phase < target_until_ - 1e-9;
     const bool held_target = scene_.target_is_held();
     const Pose X_WH = held_.name ? robot_.pose(at.kinematics, held_.frame) : Pose::Identity();
     for (const auto& mover : movers_) {
-      const Eigen::Vector3d centre = at.kinematics.X_WB[mover.frame.body] * mover.frame.X_BF.translation();
-      for (const auto& body : scene_.obstacles) visit(at, mover, centre, body, body.X_WB, 0, f);
-      if (!held_target && (keep_off || !mover.hand)) visit(at, mover, centre, scene_.target, scene_.target.X_WB, 0, f);
-      if (held_.name && !mover.hand) visit(at, mover, centre, *scene_.held, X_WH, held_.frame.body, f);
+      Placed placed(at.kinematics, mover);
+      for (const auto& body : scene_.obstacles) visit(placed, body, body.X_WB, 0, f);
+      if (!held_target && (keep_off || !mover.hand)) visit(placed, scene_.target, scene_.target.X_WB, 0, f);
+      if (held_.name && !mover.hand) visit(placed, *scene_.held, X_WH, held_.frame.body, f);
     }
     if (!held_.name) return;
+    Placed placed(at.kinematics, held_);
     for (const auto& body : scene_.obstacles) {
-      if (keep_off || &body != support_) visit(at, held_, X_WH.translation(), body, body.X_WB, 0, f);
+      if (keep_off || &body != support_) visit(placed, body, body.X_WB, 0, f);
     }
-    if (!held_target) visit(at, held_, X_WH.translation(), scene_.target, scene_.target.X_WB, 0, f);
+    if (!held_target) visit(placed, scene_.target, scene_.target.X_WB, 0, f);
   }
 
-  /// `moved_by` is the robot's body that moves the other body, 0 for none.
+  /// Where a mover is: its centre, and its pose for the few that are near something.
+  class Placed {
+   public:
+    Placed(const robot::Kinematics& kinematics, const Mover& mover)
+        : mover_(mover), X_WB_(kinematics.X_WB[mover.frame.body]) {
+      centre_.noalias() = X_WB_.linear() * mover.frame.X_BF.translation();
+      centre_ += X_WB_.translation();
+    }
+    const Mover& mover() const { return mover_; }
+    const Eigen::Vector3d& centre() const { return centre_; }
+    const Pose& X_WM() {
+      if (!ready_) X_WM_ = X_WB_ * mover_.frame.X_BF;
+      ready_ = true;
+      return X_WM_;
+    }
+
+   private:
+    const Mover& mover_;
+    const Pose& X_WB_;
+    Eigen::Vector3d centre_;
+    Pose X_WM_;
+    bool ready_ = false;
+  };
+
   template <class F>
-  void visit(const Configuration& at, const Mover& mover, const Eigen::Vector3d& centre, const SceneBody& body,
-             const Pose& X_WB, int moved_by, F&& f) const {
-    const double reach = mover.bounding_radius + margin_, far = reach + body.bounding_radius;
-    const Eigen::Vector3d offset = centre - X_WB.translation();
-    if (offset.squaredNorm() >= far * far) return;
-    // The centre's distance to the body itself, not to its bounding sphere: a table is much flatter than that.
-    Eigen::Vector3d normal;
-    if (robot::signed_distance(body.shape, X_WB.linear().transpose() * offset, normal) >= reach) return;
-    const auto d = robot::distance(*mover.shape, robot_.pose(at.kinematics, mover.frame), body.shape, X_WB);
+  void visit(Placed& placed, const SceneBody& body, const Pose& X_WB, int moved_by, F&& f) const {
+    const Mover& mover = placed.mover();
+    const double far = mover.bounding_radius + margin_ + body.bounding_radius;
+    if ((placed.centre() - X_WB.translation()).squaredNorm() >= far * far) return;
+    if (!robot::may_be_within(*mover.shape, placed.X_WM(), body.shape, X_WB, margin_)) return;
+    const auto d = robot::distance(*mover.shape, placed.X_WM(), body.shape, X_WB);
     if (d.distance < margin_) f(mover, body, moved_by, d);
   }
 

@@ -114,8 +114,21 @@ struct Deepest {
   Vector3d gradient;
 };
 
-/// The root of the increasing slope n(s)·d. Where the slope jumps over zero (an axis inside a solid, equally near to
-/// two of its faces), the gradient of the minimum is the mean of both normals that has no slope along the axis.
+/// Where the segment a + s d comes nearest to a cylinder's axis, if it is there outside of the side and between the
+/// caps: the distance is then least there, too.
+bool nearest_to_side(const Shape& cylinder, const Vector3d& a, const Vector3d& d, Deepest& nearest) {
+  const double across = d.x() * d.x() + d.y() * d.y();
+  const double s = across > 0 ? std::clamp(-(a.x() * d.x() + a.y() * d.y()) / across, 0.0, 1.0) : 0.0;
+  const Vector3d p = a + s * d;
+  const double rho = std::sqrt(p.x() * p.x() + p.y() * p.y());
+  if (!(rho > cylinder.size[0]) || !(std::abs(p.z()) < cylinder.size[1])) return false;
+  nearest = {s, {p.x() / rho, p.y() / rho, 0}};
+  return true;
+}
+
+/// The root of the increasing slope n(s)·d, by false position with the Illinois weights (Dowell and Jarratt, 1971) and
+/// bisection where these are slow. Where the slope jumps over zero (an axis inside a solid, equally near to two of its
+/// faces), the gradient of the minimum is the mean of both normals that has no slope along the axis.
 Deepest deepest_on_segment(const Shape& solid, const Vector3d& a, const Vector3d& d) {
   Vector3d normal;
   const auto slope = [&](double s) {
@@ -128,15 +141,35 @@ Deepest deepest_on_segment(const Shape& solid, const Vector3d& a, const Vector3d
   double f_hi = slope(hi);
   if (f_hi <= 0) return {hi, normal};
   Vector3d n_hi = normal;
+  const double flat = 1e-10 * d.norm();
+  double weight_lo = 1, weight_hi = 1, wide = 1;  // `wide`: the bracket at the last check
+  bool rising = false, falling = false;           // which end moved last
   for (int i = 0; i < 80 && hi - lo > 1e-10; ++i) {
-    // False position with bisection every other step.
-    double s = i % 2 ? 0.5 * (lo + hi) : lo - f_lo * (hi - lo) / (f_hi - f_lo);
-    s = std::clamp(s, lo + 1e-3 * (hi - lo), hi - 1e-3 * (hi - lo));
+    const double below = weight_lo * f_lo, above = weight_hi * f_hi;
+    double s = lo - below * (hi - lo) / (above - below);
+    if (i % 4 == 3) {
+      if (hi - lo > 0.5 * wide) s = 0.5 * (lo + hi);
+      wide = hi - lo;
+    }
+    s = std::clamp(s, lo + 1e-12, hi - 1e-12);
     const double f = slope(s);
-    if (f == 0) return {s, normal};
-    (f < 0 ? lo : hi) = s;
-    (f < 0 ? f_lo : f_hi) = f;
-    (f < 0 ? n_lo : n_hi) = normal;
+    if (std::abs(f) <= flat) return {s, normal};
+    // An end that stays twice counts half, so that it moves, too.
+    if (f < 0) {
+      lo = s;
+      f_lo = f;
+      n_lo = normal;
+      weight_lo = 1;
+      if (rising) weight_hi *= 0.5;
+    } else {
+      hi = s;
+      f_hi = f;
+      n_hi = normal;
+      weight_hi = 1;
+      if (falling) weight_lo *= 0.5;
+    }
+    rising = f < 0;
+    falling = !rising;
   }
   return {0.5 * (lo + hi), (f_hi * n_lo - f_lo * n_hi) / (f_hi - f_lo)};
 }
@@ -146,7 +179,8 @@ Distance round_to_solid(const Segment& a, const Shape& solid, const Pose& X_WB) 
   const Vector3d start = R_BW * (a.a - X_WB.translation()), d = R_BW * a.d;
   Deepest deepest;
   const bool is_point = d.squaredNorm() <= kTiny * kTiny;
-  if (!is_point) deepest = deepest_on_segment(solid, start, d);
+  if (!is_point && !(solid.type == ShapeType::cylinder && nearest_to_side(solid, start, d, deepest)))
+    deepest = deepest_on_segment(solid, start, d);
   const Vector3d p = start + deepest.s * d;
   Vector3d normal;
   const double axis_distance = signed_distance(solid, p, normal);
@@ -184,6 +218,18 @@ double signed_distance(const Shape& shape, const Vector3d& p_B, Vector3d& normal
   const Vector3d from_axis(p_B.x(), p_B.y(), p_B.z() - std::clamp(p_B.z(), -half, half));
   normal = direction(from_axis, Vector3d::UnitX());
   return from_axis.norm() - shape.size[0];
+}
+
+bool may_be_within(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin) {
+  if (is_round(b)) return true;
+  const Eigen::Matrix3d R_BW = X_WB.linear().transpose();
+  const Vector3d centre = R_BW * (X_WA.translation() - X_WB.translation());
+  // The box about b against the box about a's axis, or about a's centre, widened.
+  const Vector3d half = b.type == ShapeType::box ? b.size : Vector3d(b.size[0], b.size[0], b.size[1]);
+  const double reach = margin + (is_round(a) ? a.size[0] : bounding_radius(a));
+  Vector3d extent = half.array() + reach;
+  if (a.type == ShapeType::capsule) extent += (a.size[1] * (R_BW * X_WA.linear().col(2))).cwiseAbs();
+  return (centre.cwiseAbs().array() < extent.array()).all();
 }
 
 Distance distance(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {

@@ -26,6 +26,9 @@ struct Distance {
 /// Between shape a at X_WA and shape b at X_WB. Finite for all finite inputs, also when shapes coincide.
 Distance distance(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB);
 
+/// A quick test for pairs that need no distance: false only where a and b are at least `margin` (m) apart.
+bool may_be_within(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin);
+
 /// Of the point p_B to the surface of `shape`, in the shape's own frame; `normal` is the unit outward direction of
 /// increase.
 double signed_distance(const Shape& shape, const Eigen::Vector3d& p_B, Eigen::Vector3d& normal);

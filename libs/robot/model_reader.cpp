@@ -177,6 +177,10 @@ class ModelReader {
     joint.reference = model_.qpos0[model_.jnt_qposadr[j]];
     joint.anchor = Eigen::Map<const Eigen::Vector3d>(model_.jnt_pos + 3 * j);
     joint.axis = Eigen::Map<const Eigen::Vector3d>(model_.jnt_axis + 3 * j).normalized();
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(joint.axis[k]) == 1.0) joint.principal = k;
+    }
+    joint.centred = joint.anchor.isZero(0);
     robot_.moving_[b].push_back(static_cast<int>(robot_.chain_.size()));
     robot_.chain_.push_back(std::move(joint));
     return success();

@@ -8,20 +8,31 @@ namespace primo::robot {
 
 namespace {
 
-/// R ← R · rotation by `angle` about the unit `axis`: columns turn towards axis × column in the rotated frame.
-void rotate(Eigen::Matrix3d& R, const Eigen::Vector3d& axis, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  for (int k = 0; k < 3; ++k) {
-    // Chains are mostly built of joints about a coordinate axis, which mix only the two other columns.
-    if (std::abs(axis[k]) != 1.0) continue;
-    const double signed_s = axis[k] * s;
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const Eigen::Vector3d column = R.col(i);
-    R.col(i) = c * column + signed_s * R.col(j);
-    R.col(j) = c * R.col(j) - signed_s * column;
+/// R ← R · rotation about coordinate axis K by the angle of this cosine and sine: mixes the two other columns.
+template <int K>
+void turn(Eigen::Matrix3d& R, double c, double s) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  const Eigen::Vector3d column = R.col(i);
+  R.col(i) = c * column + s * R.col(j);
+  R.col(j) = c * R.col(j) - s * column;
+}
+
+/// R ← R · rotation by `angle` about the joint's axis.
+void rotate(Eigen::Matrix3d& R, const ChainJoint& joint, double angle) {
+  // Chains are mostly built of joints about a coordinate axis.
+  if (joint.principal < 0) {
+    R = R * Eigen::AngleAxisd(angle, joint.axis).toRotationMatrix();
     return;
   }
-  R = R * Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  const double c = std::cos(angle), s = joint.axis[joint.principal] * std::sin(angle);
+  switch (joint.principal) {
+    case 0:
+      return turn<0>(R, c, s);
+    case 1:
+      return turn<1>(R, c, s);
+    default:
+      return turn<2>(R, c, s);
+  }
 }
 
 }  // namespace
@@ -43,20 +54,25 @@ void Robot::forward(const Eigen::Ref<const Eigen::VectorXd>& q, Kinematics& out)
   for (std::size_t b = 1; b < bodies_.size(); ++b) {
     // Rotations and translations apart: products of Isometry3d would also multiply the constant last row.
     const Pose& X_WP = out.X_WB[bodies_[b].parent];
-    Eigen::Vector3d p = X_WP.linear() * X_PB_[b].translation() + X_WP.translation();
+    Eigen::Vector3d p = X_WP.translation();
+    p.noalias() += X_WP.linear() * X_PB_[b].translation();
     Eigen::Matrix3d R =
         turned_[b] ? Eigen::Matrix3d(X_WP.linear() * X_PB_[b].linear()) : Eigen::Matrix3d(X_WP.linear());
     for (int j = first_joint_[b]; j < first_joint_[b + 1]; ++j) {
       const ChainJoint& joint = chain_[j];
       const double displacement = joint.offset + joint.ratio * q[joint.index] - joint.reference;
-      out.axis_W[j].noalias() = R * joint.axis;
-      out.anchor_W[j].noalias() = R * joint.anchor;
-      out.anchor_W[j] += p;
+      if (joint.principal >= 0) {
+        out.axis_W[j] = joint.axis[joint.principal] * R.col(joint.principal);
+      } else {
+        out.axis_W[j].noalias() = R * joint.axis;
+      }
+      out.anchor_W[j] = p;
+      if (!joint.centred) out.anchor_W[j].noalias() += R * joint.anchor;
       if (joint.slide) {
         p += displacement * out.axis_W[j];
       } else {
-        rotate(R, joint.axis, displacement);
-        p.noalias() = out.anchor_W[j] - R * joint.anchor;
+        rotate(R, joint, displacement);
+        if (!joint.centred) p.noalias() = out.anchor_W[j] - R * joint.anchor;
       }
     }
     Pose& X_WB = out.X_WB[b];

@@ -144,6 +144,8 @@ struct ChainJoint {
   double reference = 0;             ///< the value at which the joint displaces nothing
   Eigen::Vector3d anchor{0, 0, 0};  ///< in the body frame, m
   Eigen::Vector3d axis{0, 0, 1};    ///< unit, in the body frame
+  int principal = -1;               ///< which coordinate axis it is, ±; −1: none
+  bool centred = false;             ///< whether the anchor is the body's origin
 };
 
 /// Where everything is at one q. Reused between calls: forward() allocates only on the first.

@@ -199,5 +199,34 @@ TEST(SignedDistance, IsTheNearestSurfacePointsDistance) {
   }
 }
 
+TEST(Distance, TheQuickTestNeverMissesAPairWithinTheMargin) {
+  Random random(3, "quick");
+  int quick = 0, far = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Shape a = random_shape(static_cast<ShapeType>(i % 4), random);
+    const Shape b = random_shape(static_cast<ShapeType>(i / 4 % 4), random);
+    const Pose X_WA = random_pose(random, 0.6), X_WB = random_pose(random, 0.6);
+    const double margin = random.uniform(0.001, 0.1);
+    const bool maybe = may_be_within(a, X_WA, b, X_WB, margin);
+    const bool within = distance(a, X_WA, b, X_WB).distance < margin;
+    EXPECT_TRUE(maybe || !within);
+    far += !within;
+    quick += !maybe;
+  }
+  EXPECT_GT(quick, far / 4) << "of " << far;
+}
+
+TEST(Distance, CapsulesAtACylindersSideAreAsFarAsTheAxesSay) {
+  // Parallel axes, and an axis across: distances in the plane, by hand.
+  const Shape finger{ShapeType::capsule, {0.01, 0.03, 0}}, object{ShapeType::cylinder, {0.04, 0.05, 0}};
+  const auto side = distance(finger, pose(Eigen::Vector3d(0.07, 0, 0.01)), object, Pose::Identity());
+  EXPECT_NEAR(side.distance, 0.02, 1e-12);
+  EXPECT_LT((side.normal - Eigen::Vector3d::UnitX()).norm(), 1e-9);
+  const Pose across = pose(Eigen::Vector3d(0, 0.08, -0.02), Eigen::Vector3d(0, M_PI / 2, 0));
+  const auto crossing = distance(finger, across, object, Pose::Identity());
+  EXPECT_NEAR(crossing.distance, 0.03, 1e-12);
+  EXPECT_LT((crossing.gradient - Eigen::Vector3d::UnitY()).norm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace primo::robot
