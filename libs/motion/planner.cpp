@@ -13,7 +13,7 @@
 namespace primo::motion {
 namespace {
 
-constexpr double kCostTolerance = 1e-3;  // starts differ by a hundred times more than what lies below it
+constexpr double kCostTolerance = 3e-3;  // starts differ by thirty times more than what lies below it
 
 Plan bad_input(const std::string& reason) {
   Plan plan;
@@ -144,7 +144,7 @@ Result<Plan> try_plan(const robot::Robot& robot, const PlanRequest& request) {
   options.max_iterations = primitive.max_iterations;
   options.step_tolerance = primitive.tolerance;
   // Near a minimum the cost is quadratic in the step.
-  options.cost_tolerance = std::min(kCostTolerance, 10 * primitive.tolerance * primitive.tolerance);
+  options.cost_tolerance = std::min(kCostTolerance, 30 * primitive.tolerance * primitive.tolerance);
   std::optional<Solution> best;
   std::string chosen;
   for (auto& start : starts) {

@@ -1,6 +1,9 @@
 // Position: a frame's origin relative to an object's centre, or to where the frame's object stands on that object.
+#include <cstdio>
+
 #include "motion/task_frames.h"
 #include "motion/task_variables.h"
+#include "scene/reach.h"
 
 namespace primo::motion {
 namespace {
@@ -25,8 +28,13 @@ double half_height(const Shape& shape) {
 /// clearance. O may be the world: φ is then the position itself.
 class Position final : public TaskVariable {
  public:
-  Position(const robot::Robot& robot, const robot::Frame& frame, const robot::Frame& object, double height)
-      : robot_(robot), frame_(frame), object_(object), height_W_(0, 0, height) {}
+  Position(const TaskSetup& setup, const robot::Frame& frame, const robot::Frame& object, double height)
+      : robot_(setup.robot),
+        frame_(frame),
+        object_(object),
+        height_W_(0, 0, height),
+        frame_name_(setup.of.at("frame")),
+        object_name_(setup.of.at("object")) {}
   int size() const override { return 3; }
   void evaluate(const Configuration& at, Eigen::Ref<Eigen::VectorXd> phi, Jacobian* J) const override {
     const Eigen::Vector3d p_WF = at.kinematics.X_WB[frame_.body] * frame_.X_BF.translation();
@@ -40,10 +48,25 @@ class Position final : public TaskVariable {
     }
   }
 
+  std::string explain(const Configuration& at) const override {
+    const Eigen::Vector3d p_WF = at.kinematics.X_WB[frame_.body] * frame_.X_BF.translation();
+    const Eigen::Vector3d goal = at.kinematics.X_WB[object_.body] * object_.X_BF.translation() + height_W_;
+    char text[80];
+    std::snprintf(text, sizeof text, " are %.4f m apart", (p_WF - goal).norm());
+    std::string reason = frame_name_ + " and its place at " + object_name_ + text;
+    const scene::Reach arm = scene::reach(robot_);
+    const double distance = (goal - arm.shoulder_W).norm();
+    if (frame_name_ != "grasp" || distance <= arm.longest) return reason;
+    std::snprintf(text, sizeof text, ", out of reach: %.2f m from the shoulder, which reaches %.2f m", distance,
+                  arm.longest);
+    return reason + text;
+  }
+
  private:
   const robot::Robot& robot_;
   const robot::Frame frame_, object_;
   const Eigen::Vector3d height_W_;
+  const std::string frame_name_, object_name_;
 };
 
 Result<std::unique_ptr<TaskVariable>> create(const TaskSetup& setup) {
@@ -62,7 +85,7 @@ Result<std::unique_ptr<TaskVariable>> create(const TaskSetup& setup) {
   } else {
     height = 0;
   }
-  return std::unique_ptr<TaskVariable>(new Position(setup.robot, frame, object, height));
+  return std::unique_ptr<TaskVariable>(new Position(setup, frame, object, height));
 }
 
 }  // namespace

@@ -282,6 +282,23 @@ TEST(Planner, BadRequestsAreRefusedWithTheReason) {
   expect_refused(asked, "steps");
 }
 
+TEST(Planner, ReasonSaysThatATargetIsOutOfReach) {
+  auto asked = request(1, hand_tuned());
+  asked.scene.objects[0].X_WO.translation() = Eigen::Vector3d(1.9, 0.2, 0.72);
+  asked.primitive.tasks[0].rho = 1e4;
+  const Plan answer = plan(schunk(), asked);
+  EXPECT_NE(answer.status, PlanStatus::bad_input);
+  EXPECT_TRUE(answer.trajectory.q.allFinite());
+  EXPECT_NE(answer.reason.find("'position' costs most"), std::string::npos) << answer.reason;
+  EXPECT_NE(answer.reason.find("out of reach"), std::string::npos) << answer.reason;
+}
+
+TEST(Planner, AnEmptySceneIsRefusedAndATableIsNotNeeded) {
+  auto asked = request(1, hand_tuned());
+  asked.scene.objects.clear();
+  expect_refused(asked, "no object 'c1' in the scene");
+}
+
 TEST(Planner, ReasonNamesTheBodiesThatCollide) {
   // The target inside another, larger object: no hand can be at the one and clear of the other.
   auto asked = request(1, hand_tuned());
