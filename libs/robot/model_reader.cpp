@@ -89,6 +89,7 @@ class ModelReader {
     const auto i = robot_.joint_names_.size();
     drives_[id].index = static_cast<int>(i);
     robot_.joint_names_.push_back(name);
+    robot_.slides_.push_back(model_.jnt_type[id] == mjJNT_SLIDE);
     robot_.lower_[i] = lower;
     robot_.upper_[i] = upper;
     robot_.home_[i] = home;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,7 @@ struct ArmJointSpec {
     v("joint", joint, {.required = true});
     v("control_weight", control_weight, {.help = "W", .min = 1e-9});
     v("home", home, {.unit = "rad"});
-    v("max_speed", max_speed, {.unit = "rad/s", .min = 0});
+    v("max_speed", max_speed, {.help = "slides: m/s", .unit = "rad/s", .min = 1e-6});
     v("kp", kp, {.unit = "N·m/rad", .min = 0});
     v("kd", kd, {.unit = "N·m·s/rad", .min = 0});
     v("max_torque", max_torque, {.unit = "N·m", .min = 0});
@@ -169,9 +170,14 @@ class Robot {
   int arm_joints() const { return static_cast<int>(file_.arm.size()); }
   int hand_joints() const { return static_cast<int>(file_.hand.size()); }
   const std::vector<std::string>& joint_names() const { return joint_names_; }
-  const Eigen::VectorXd& lower() const { return lower_; }                      ///< rad
-  const Eigen::VectorXd& upper() const { return upper_; }                      ///< rad
-  const Eigen::VectorXd& home() const { return home_; }                        ///< rad
+  /// Whether listed joint i translates: its values are metres, its efforts newtons.
+  bool slides(int i) const { return slides_[static_cast<std::size_t>(i)] != 0; }
+  /// What of joint i counts as one radian where joints are summed or compared: 1 for hinges; a slide's whole range
+  /// counts as half a turn (m).
+  double radian(int i) const { return slides(i) ? (upper_[i] - lower_[i]) / std::numbers::pi : 1.0; }
+  const Eigen::VectorXd& lower() const { return lower_; }                      ///< rad (slides: m)
+  const Eigen::VectorXd& upper() const { return upper_; }                      ///< rad (slides: m)
+  const Eigen::VectorXd& home() const { return home_; }                        ///< rad (slides: m)
   const Eigen::VectorXd& control_weights() const { return control_weights_; }  ///< the diagonal of W
 
   const std::vector<Body>& bodies() const { return bodies_; }
@@ -213,6 +219,7 @@ class Robot {
   RobotFile file_;
   std::filesystem::path mjcf_path_;
   std::vector<std::string> joint_names_;
+  std::vector<char> slides_;  // by listed joint
   Eigen::VectorXd lower_, upper_, home_, control_weights_;
   std::vector<Body> bodies_;
   std::vector<Pose> X_PB_;                // by body: in its parent, joints at their reference
