@@ -55,8 +55,7 @@ class ModelReader {
       return refuse(key + ": joint '" + name + "' is a ball or free joint; a robot's joints must be hinges or slides");
     if (!model_.jnt_limited[id]) {
       return refuse(key + ": joint '" + name + "' has no limits in '" + mjcf_ +
-                    "'; a planned joint needs them. Write limited=\"true\" beside its range, or <compiler "
-                    "autolimits=\"true\"/>: MuJoCo 2.2 does not take a range for a limit otherwise");
+                    "'; a planned joint needs them: range=\"…\" and limited=\"true\"");
     }
     const double lower = model_.jnt_range[2 * id], upper = model_.jnt_range[2 * id + 1];
     if (!(lower < upper)) return refuse(key + ": joint '" + name + "' has an empty range in '" + mjcf_ + "'");

@@ -145,17 +145,43 @@ TEST_P(Hands, hold_what_is_between_their_fingers_and_miss_what_is_not) {
   EXPECT_GT(miss.steps, 0);
 }
 
-TEST_P(Hands, press_from_opposite_sides_or_say_why_not) {
-  const TrialResult aside = grip({0.035, 0, 0}, 0);
-  if (aside.outcome == Outcome::not_opposed) {
-    EXPECT_NE(aside.reason.find("touch"), std::string::npos);
-    if (GetParam().thumb) EXPECT_NE(aside.reason.find("thumb"), std::string::npos) << aside.reason;
-  }
-  if (GetParam().coupled && GetParam().fingers == 2) {
-    // The finger that touches first stops the other.
-    EXPECT_EQ(aside.outcome, Outcome::not_opposed) << aside.reason;
-    EXPECT_NE(aside.reason.find("only fingertip tip0"), std::string::npos) << aside.reason;
-  }
+TEST(Grip, of_a_hand_without_a_thumb_needs_pushes_from_opposite_sides) {
+  Grip grip;
+  grip.has_thumb = false;
+  grip.fingers = 1;
+  grip.only = "left";
+  EXPECT_FALSE(grip.opposed());
+  EXPECT_NE(grip.complaint().find("only fingertip left"), std::string::npos);
+  grip.fingers = 2;
+  EXPECT_FALSE(grip.opposed());
+  EXPECT_NE(grip.complaint().find("same side"), std::string::npos);
+  grip.from_sides = true;
+  EXPECT_TRUE(grip.opposed());
+}
+
+TEST(Grip, is_found_from_the_contacts_of_a_posed_hand) {
+  const auto robot = robot::generated_robot({.fingers = 2, .slides = true});
+  const Model whole = robot_model(robot).value();
+  const Shape object{ShapeType::cylinder, {0.03, 0.05, 0}};
+  HandWorkspace hand = HandWorkspace::create(robot, whole.get(), object, 0.3, 0.002).value();
+  const auto home = robot.forward(robot.home());
+  const int palm = robot.bodies()[static_cast<std::size_t>(robot.body("palm"))].parent;
+  const Pose X_PG = home.X_WB[static_cast<std::size_t>(palm)].inverse() * robot.pose(home, robot.grasp_frame());
+  const auto grip = [&](double first, double second) {
+    Eigen::VectorXd q = robot.home();
+    q.tail(2) << first, second;
+    mj_resetData(hand.model.get(), hand.data.get());
+    hand.joints.set(hand.data.get(), q);
+    set_free_joint(hand.model.get(), hand.data.get(), hand.object_joint, X_PG);
+    mj_forward(hand.model.get(), hand.data.get());
+    return hand.joints.grip(hand.model.get(), hand.data.get(), hand.object_geom);
+  };
+  // A finger's surface is at its q; the cylinder's at 0.03.
+  EXPECT_EQ(grip(0.05, 0.05).parts(), 0);
+  EXPECT_EQ(grip(0.029, 0.05).only, "tip0");
+  EXPECT_FALSE(grip(0.029, 0.05).opposed());
+  EXPECT_EQ(grip(0.029, 0.029).parts(), 2);
+  EXPECT_TRUE(grip(0.029, 0.029).opposed());
 }
 
 INSTANTIATE_TEST_SUITE_P(Fingers, Hands,
@@ -176,10 +202,11 @@ TEST(HandModel, keeps_tendons_that_couple_fingers) {
   write_robot(folder, {.fingers = 2, .slides = true, .coupled = true});
   std::string text = read_file(folder.path("robot.xml")).value();
   const auto at = text.find("<equality>");
-  text.replace(at, text.find("</equality>") + 11 - at,
-               "<tendon><fixed name=\"difference\" damping=\"2\"><joint joint=\"f0\" coef=\"1\"/><joint joint=\"f1\" "
-               "coef=\"-1\"/></fixed></tendon><equality><tendon tendon1=\"difference\" polycoef=\"0 1\" solref=\"0.005 "
-               "1\"/></equality>");
+  text.replace(
+      at, text.find("</equality>") + 11 - at,
+      "<tendon><fixed name=\"difference\" damping=\"2\"><joint joint=\"f0\" coef=\"1\"/><joint joint=\"f1\" "
+      "coef=\"-1\"/></fixed></tendon><equality><tendon tendon1=\"difference\" polycoef=\"0 1 0 0 0\" solref=\"0.005 "
+      "1\"/></equality>");
   folder.put("robot.xml", text);
   const robot::Robot robot = folder.load().value();
   const Model whole = robot_model(robot).value();

@@ -120,9 +120,9 @@ TEST(MjcfStyle, CouplingsByJointsAndByTendonsAreSolvedForTheUnlistedJoint) {
   for (const auto& [text, offset, ratio] : {
            Case{kJaws, 0, 1},
            Case{R"(<joint joint1="one" joint2="two"/>)", 0, 1},
-           Case{R"(<joint joint1="one" joint2="two" polycoef="0.01 2"/>)", -0.005, 0.5},
+           Case{R"(<joint joint1="one" joint2="two" polycoef="0.01 2 0 0 0"/>)", -0.005, 0.5},
            // 2 two = 0.01 + 0.5 one
-           Case{R"(<tendon tendon1="jaw_two" tendon2="jaw_one" polycoef="0.01 0.5"/>)", 0.005, 0.25},
+           Case{R"(<tendon tendon1="jaw_two" tendon2="jaw_one" polycoef="0.01 0.5 0 0 0"/>)", 0.005, 0.25},
            // one − two = 0
            Case{R"(<tendon tendon1="difference" polycoef="0 1 0 0 0"/>)", 0, 1},
            // The same said twice.
@@ -172,7 +172,8 @@ std::string document(const MjcfFeature& feature, bool with) {
   if (name == "body") body = attribute;
   if (name == "joint") joint = attribute;
   if (name == "geom") geom = "<geom size=\"1\"" + attribute + "/>";
-  if (name == "position" || name == "intvelocity") actuator = "<" + name + " joint=\"j\"" + attribute + "/>";
+  if (name == "position" || name == "intvelocity")
+    actuator = "<" + name + (name == "position" ? " joint=\"j\"" : " joint=\"j\" actrange=\"-1 1\"") + attribute + "/>";
   if (name.empty()) actuator = "<general joint=\"j\"" + attribute + "/>";
   if (name == "connect" || name == "weld")
     equality = "<" + name + " body1=\"b\" " + (name == "connect" ? "anchor=\"0 0 0\"" : "") + attribute + "/>";
@@ -258,15 +259,24 @@ TEST(MjcfIncludes, MissingRepeatedAndCircularOnesAreErrors) {
   EXPECT_NE(error("").find("not"), std::string::npos);
 }
 
-TEST(RobotFile, AJointWhoseRangeIsNoLimitIsNamedWithTheRemedy) {
-  const RobotFolder folder;
-  write_robot(folder, {});
-  std::string text = read_file(folder.path("robot.xml")).value();
-  text.replace(text.find(" autolimits=\"true\""), 18, "");
-  folder.put("robot.xml", text);
-  const std::string error = folder.error();
-  EXPECT_NE(error.find("arm[0]: joint 'j0' has no limits"), std::string::npos) << error;
-  EXPECT_NE(error.find("autolimits"), std::string::npos) << error;
+TEST(RobotFile, AJointWithoutLimitsIsNamedWithTheRemedy) {
+  const auto error = [](const std::string& from, const std::string& to) {
+    const RobotFolder folder;
+    write_robot(folder, {});
+    std::string text = read_file(folder.path("robot.xml")).value();
+    text.replace(text.find(from), from.size(), to);
+    folder.put("robot.xml", text);
+    return folder.error();
+  };
+  // A range alone is an error of MuJoCo's, which says what would be right.
+  const std::string relied_on = error(" autolimits=\"true\"", "");
+  EXPECT_NE(relied_on.find("autolimits=\"true\""), std::string::npos) << relied_on;
+  EXPECT_NE(relied_on.find("j0"), std::string::npos) << relied_on;
+  for (const char* range : {"", " limited=\"false\" range=\"-1.5 1.5\""}) {
+    const std::string unlimited = error(" range=\"-1.5 1.5\"", range);
+    EXPECT_NE(unlimited.find("arm[0]: joint 'j0' has no limits"), std::string::npos) << unlimited;
+    EXPECT_NE(unlimited.find("limited=\"true\""), std::string::npos) << unlimited;
+  }
 }
 
 TEST(RobotFile, WhatCannotBeAHandIsRefusedInWords) {
