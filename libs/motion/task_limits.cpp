@@ -4,7 +4,8 @@
 namespace primo::motion {
 namespace {
 
-/// φ(q) = Σ_i max(0, lower_i + margin − q_i) + max(0, q_i − upper_i + margin), rad (1 row).
+/// φ(q) = Σ_i max(0, lower_i + margin − q_i) + max(0, q_i − upper_i + margin), rad (1 row). A slide's whole range
+/// counts as half a turn (Robot::radian), margin included.
 class Limits final : public TaskVariable {
  public:
   explicit Limits(const TaskSetup& setup) : robot_(setup.robot), margin_(setup.parameters.at("margin")) {}
@@ -13,14 +14,15 @@ class Limits final : public TaskVariable {
     phi[0] = 0;
     if (J) J->setZero();
     for (int i = 0; i < robot_.joints(); ++i) {
-      const double below = robot_.lower()[i] + margin_ - at.q[i], above = at.q[i] - robot_.upper()[i] + margin_;
+      const double radian = robot_.radian(i), margin = margin_ * radian;
+      const double below = robot_.lower()[i] + margin - at.q[i], above = at.q[i] - robot_.upper()[i] + margin;
       if (below > 0) {
-        phi[0] += below;
-        if (J) (*J)(0, i) -= 1;
+        phi[0] += below / radian;
+        if (J) (*J)(0, i) -= 1 / radian;
       }
       if (above > 0) {
-        phi[0] += above;
-        if (J) (*J)(0, i) += 1;
+        phi[0] += above / radian;
+        if (J) (*J)(0, i) += 1 / radian;
       }
     }
   }

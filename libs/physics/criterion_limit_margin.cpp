@@ -6,13 +6,17 @@
 namespace primo::physics {
 
 CriterionEntry limit_margin_criterion() {
-  return {"limit_margin", "rad", "smallest distance of a joint to its limits", true, [](const Motion& motion) {
+  return {"limit_margin", "rad", "smallest distance of a joint to its limits; a slide's range counts as half a turn",
+          true, [](const Motion& motion) {
             // Linear between steps, so the steps are enough. A start exactly on a limit may carry rounding.
             constexpr double kRounding = 1e-6;
             double value = std::numeric_limits<double>::infinity();
             for (Eigen::Index t = 0; t < motion.q.rows(); ++t) {
-              const Eigen::VectorXd q = motion.q.row(t).transpose();
-              value = std::min({value, (q - motion.robot.lower()).minCoeff(), (motion.robot.upper() - q).minCoeff()});
+              for (int i = 0; i < motion.robot.joints(); ++i) {
+                const double q = motion.q(t, i);
+                const double inside = std::min(q - motion.robot.lower()[i], motion.robot.upper()[i] - q);
+                value = std::min(value, inside / motion.robot.radian(i));
+              }
             }
             const double margin = motion.settings.limit_margin;
             return Criterion{"limit_margin", value, margin, value >= margin - kRounding};

@@ -135,6 +135,7 @@ class Simulation {
   Pose X_PO() const { return body_pose(d_, palm_).inverse(Eigen::Isometry) * body_pose(d_, object_body_); }
   double object_height() const { return d_->xpos[3 * object_body_ + 2]; }
   Grip grip() const { return joints_.grip(m_, d_, object_geom_); }
+  const char* holders() const { return joints_.holders(); }
   double tracking_error(const Reference& r) const {
     const int arm = robot_.arm_joints();
     return (q_.head(arm) - r.q.head(arm)).cwiseAbs().maxCoeff();
@@ -231,7 +232,7 @@ Execution lift_and_hold(const robot::Robot& robot, Simulation& simulation, Execu
   simulation.update();
   if (!opposed) {
     return finish(simulation, std::move(execution), Outcome::contact_lost,
-                  "after lifting thumb and fingers no longer hold the object", 0.8);
+                  std::string("after lifting ") + simulation.holders() + " no longer hold the object", 0.8);
   }
   if (simulation.object_height() < height + kLifted) {
     return finish(simulation, std::move(execution), Outcome::contact_lost,
@@ -272,9 +273,7 @@ Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request
                   miss_score(position_error));
   }
   if (!grip.opposed()) {
-    return finish(simulation, std::move(execution), Outcome::not_opposed,
-                  grip.thumb ? "only the thumb touches the object" : "the thumb does not touch the object",
-                  0.25 + 0.05 * grip.parts());
+    return finish(simulation, std::move(execution), Outcome::not_opposed, grip.complaint(), 0.25 + 0.05 * grip.parts());
   }
   Execution done = lift_and_hold(robot, simulation, std::move(execution), q_end, request.settings);
   if (done.trial.outcome == Outcome::held) done.world.in_hand.insert(target);

@@ -45,8 +45,11 @@ class Trial {
       apply_frame_forces(m_, d_, {}, w_.centre, Eigen::Vector3d::Zero());
       w_.joints.close(robot_, d_, held_);
       if (!advance()) return false;
-      double fastest = 0;
-      for (int i = 0; i < m_->nv; ++i) fastest = std::max(fastest, std::abs(d_->qvel[i]));
+      double fastest = 0;  // rad/s; slides as the tip of a hinged finger
+      for (int i = 0; i < m_->nv; ++i) {
+        const double unit = m_->jnt_type[m_->dof_jntid[i]] == mjJNT_SLIDE ? kFingerLength : 1.0;
+        fastest = std::max(fastest, std::abs(d_->qvel[i]) / unit);
+      }
       still = fastest < 2e-3 ? still + 1 : 0;
     }
     mj_forward(m_, d_);
@@ -83,6 +86,7 @@ class Trial {
 
   Grip grip() const { return w_.joints.grip(m_, d_, w_.object_geom); }
   bool opposed_at_end() const { return opposed_at_end_; }
+  const char* holders() const { return w_.joints.holders(); }
   double displacement() const { return displacement_; }
   int steps() const { return steps_; }
   double survival() const {
@@ -162,7 +166,7 @@ TrialResult shake_object(Trial& trial, const JudgeSettings& settings) {
       result.score = 0.4 + 0.4 * result.survival;
     } else if (!trial.opposed_at_end()) {
       result.outcome = Outcome::contact_lost;
-      result.reason = "after the jiggle thumb and fingers no longer held the object between them";
+      result.reason = std::string("after the jiggle ") + trial.holders() + " no longer held the object between them";
       result.score = 0.8;
     } else {
       result.outcome = Outcome::held;
@@ -217,7 +221,7 @@ TrialResult run_trial(const robot::Robot& robot, HandWorkspace& workspace, const
     result.score = miss_score(position_error);
   } else if (!grip.opposed()) {
     result.outcome = Outcome::not_opposed;
-    result.reason = grip.thumb ? "only the thumb touches the object" : "the thumb does not touch the object";
+    result.reason = grip.complaint();
     result.score = 0.25 + 0.05 * grip.parts();
   } else {
     result = shake_object(trial, settings);

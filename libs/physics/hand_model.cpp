@@ -1,5 +1,6 @@
 #include "physics/hand_model.h"
 
+#include <algorithm>
 #include <array>
 
 namespace primo::physics {
@@ -23,11 +24,15 @@ class SubtreeWriter {
   std::string equalities() const {
     std::string text;
     for (int e = 0; e < m_->neq; ++e) {
-      if (m_->eq_type[e] != mjEQ_JOINT || !m_->eq_active[e]) continue;
-      const int j1 = m_->eq_obj1id[e], j2 = m_->eq_obj2id[e];
-      if (!inside(m_->jnt_bodyid[j1]) || (j2 >= 0 && !inside(m_->jnt_bodyid[j2]))) continue;
-      text += "    <joint joint1=\"" + name(mjOBJ_JOINT, j1) + "\"";
-      if (j2 >= 0) text += " joint2=\"" + name(mjOBJ_JOINT, j2) + "\"";
+      const bool joints = m_->eq_type[e] == mjEQ_JOINT;
+      if ((!joints && m_->eq_type[e] != mjEQ_TENDON) || !m_->eq_active[e]) continue;
+      const int id1 = m_->eq_obj1id[e], id2 = m_->eq_obj2id[e];
+      const auto present = [&](int id) { return joints ? inside(m_->jnt_bodyid[id]) : tendon_inside(id); };
+      if (!present(id1) || (id2 >= 0 && !present(id2))) continue;
+      const std::string kind = joints ? "joint" : "tendon";
+      const mjtObj type = joints ? mjOBJ_JOINT : mjOBJ_TENDON;
+      text += "    <" + kind + " " + kind + "1=\"" + name(type, id1) + "\"";
+      if (id2 >= 0) text += " " + kind + "2=\"" + name(type, id2) + "\"";
       text += attribute("polycoef", m_->eq_data + mjNEQDATA * e, 5) +
               attribute("solref", m_->eq_solref + mjNREF * e, mjNREF) +
               attribute("solimp", m_->eq_solimp + mjNIMP * e, mjNIMP) + "/>\n";
@@ -35,8 +40,40 @@ class SubtreeWriter {
     return text;
   }
 
+  /// Fixed tendons of the hand's joints: what couples them, springs and limits.
+  std::string tendons() const {
+    std::string text;
+    for (int t = 0; t < m_->ntendon; ++t) {
+      if (!tendon_inside(t)) continue;
+      text += "    <fixed name=\"" + name(mjOBJ_TENDON, t) + "\"" +
+              (m_->tendon_limited[t] ? " limited=\"true\"" + attribute("range", m_->tendon_range + 2 * t, 2)
+                                     : std::string()) +
+              attribute("margin", m_->tendon_margin + t, 1) + attribute("stiffness", m_->tendon_stiffness + t, 1) +
+              attribute("damping", m_->tendon_damping + t, 1) +
+              attribute("frictionloss", m_->tendon_frictionloss + t, 1) +
+              attribute("springlength", m_->tendon_lengthspring + t, 1) +
+              attribute("solreflimit", m_->tendon_solref_lim + mjNREF * t, mjNREF) +
+              attribute("solimplimit", m_->tendon_solimp_lim + mjNIMP * t, mjNIMP) +
+              attribute("solreffriction", m_->tendon_solref_fri + mjNREF * t, mjNREF) +
+              attribute("solimpfriction", m_->tendon_solimp_fri + mjNIMP * t, mjNIMP) + ">\n";
+      for (int w = m_->tendon_adr[t]; w < m_->tendon_adr[t] + m_->tendon_num[t]; ++w) {
+        text += "      <joint joint=\"" + name(mjOBJ_JOINT, m_->wrap_objid[w]) + "\"" +
+                attribute("coef", m_->wrap_prm + w, 1) + "/>\n";
+      }
+      text += "    </fixed>\n";
+    }
+    return text.empty() ? text : "  <tendon>\n" + text + "  </tendon>\n";
+  }
+
  private:
   bool inside(int b) const { return inside_[static_cast<std::size_t>(b)]; }
+  bool tendon_inside(int t) const {
+    for (int w = m_->tendon_adr[t]; w < m_->tendon_adr[t] + m_->tendon_num[t]; ++w) {
+      // The robot's reader lets tendons through sites pass only when they do nothing.
+      if (m_->wrap_type[w] != mjWRAP_JOINT || !inside(m_->jnt_bodyid[m_->wrap_objid[w]])) return false;
+    }
+    return true;
+  }
 
   std::string name(mjtObj type, int id) const {
     const char* text = mj_id2name(m_, type, id);
@@ -142,10 +179,26 @@ Eigen::Vector3d vector3(const mjtNum* values) { return {values[0], values[1], va
 
 Result<Model> robot_model(const robot::Robot& robot) {
   const auto& path = robot.mjcf_path();
-  return compile(
-      "<mujoco model=\"robot\">\n  <include file=\"" + xml_escape(path.filename().string()) + "\"/>\n</mujoco>\n",
-      path.parent_path(), "robot " + path.string());
+  auto model =
+      compile("<mujoco model=\"robot\">" + robot.mjcf() + "</mujoco>", path.parent_path(), "robot " + path.string());
+  if (model.ok()) PRIMO_TRY(prepare_robot(robot, *model));
+  return model;
 }
+
+namespace {
+
+/// Sizes for a hand: contacts of each shape, a few constraints of each joint. Never less than a three-fingered hand
+/// needs.
+std::string hand_size_mjcf(const robot::Robot& robot) {
+  const auto& links = robot.link_shapes();
+  const auto shapes = static_cast<int>(std::count_if(links.begin(), links.end(), [](const auto& l) { return l.hand; }));
+  const auto joints = static_cast<int>(robot.chain().size());
+  const int rows = std::max(300, 24 * shapes + 3 * joints), contacts = std::max(60, 6 * shapes);
+  return "  <size njmax=\"" + std::to_string(rows) + "\" nconmax=\"" + std::to_string(contacts) + "\" nstack=\"" +
+         std::to_string(std::max(100000, 8 * rows * (joints + 6))) + "\"/>\n";
+}
+
+}  // namespace
 
 Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
                          double timestep) {
@@ -159,11 +212,11 @@ Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const 
   std::string mjcf =
       "<mujoco model=\"hand\">\n  <compiler angle=\"radian\" autolimits=\"true\" boundmass=\"1e-6\" "
       "boundinertia=\"1e-10\"/>\n" +
-      solver_mjcf(timestep) + "  <size njmax=\"300\" nconmax=\"60\" nstack=\"100000\"/>\n  <worldbody>\n" +
-      bodies.value() + "    <body name=\"" + name + "\">\n      <joint name=\"" + name +
-      "\" type=\"free\"/>\n      <geom name=\"" + name + "\"" + shape_attributes(object) + " mass=\"" +
-      numbers(&mass, 1) + "\" group=\"1\"" + contact_attributes() + "/>\n    </body>\n  </worldbody>\n  <equality>\n" +
-      writer.equalities() + "  </equality>\n</mujoco>\n";
+      solver_mjcf(timestep) + hand_size_mjcf(robot) + "  <worldbody>\n" + bodies.value() + "    <body name=\"" + name +
+      "\">\n      <joint name=\"" + name + "\" type=\"free\"/>\n      <geom name=\"" + name + "\"" +
+      shape_attributes(object) + " mass=\"" + numbers(&mass, 1) + "\" group=\"1\"" + contact_attributes() +
+      "/>\n    </body>\n  </worldbody>\n  <equality>\n" + writer.equalities() + "  </equality>\n" + writer.tendons() +
+      "</mujoco>\n";
   auto hand = compile(mjcf, {}, "hand of " + robot.mjcf_path().string());
   if (hand.ok()) std::fill_n(hand.value()->opt.gravity, 3, 0.0);
   return hand;

@@ -27,6 +27,12 @@ std::vector<int> finger_of_body(const robot::Robot& robot) {
   return finger;
 }
 
+std::string Grip::complaint() const {
+  if (has_thumb) return thumb ? "only the thumb touches the object" : "the thumb does not touch the object";
+  if (parts() == 1) return "only fingertip " + only + " touches the object";
+  return "the fingers that touch the object push from the same side";
+}
+
 JointMap::JointMap(const robot::Robot& robot, const mjModel* model)
     : qpos_(static_cast<std::size_t>(robot.joints()), -1),
       dof_(qpos_),
@@ -51,7 +57,11 @@ JointMap::JointMap(const robot::Robot& robot, const mjModel* model)
     finger_of_body_[static_cast<std::size_t>(id)] = fingers[b];
     robot_body_[static_cast<std::size_t>(id)] = true;
   }
-  for (const auto& tip : robot.fingertips()) thumb_.push_back(tip.thumb);
+  for (const auto& tip : robot.fingertips()) {
+    thumb_.push_back(tip.thumb);
+    tip_names_.push_back(tip.name);
+    has_thumb_ = has_thumb_ || tip.thumb;
+  }
 }
 
 void JointMap::set(mjData* data, const Eigen::VectorXd& q) const {
@@ -101,14 +111,20 @@ Eigen::VectorXd JointMap::frozen_targets(const robot::Robot& robot, const mjData
 
 Grip JointMap::grip(const mjModel* model, const mjData* data, int object_geom) const {
   std::vector<bool> touching(thumb_.size(), false);
+  std::vector<Eigen::Vector3d> push(thumb_.size(), Eigen::Vector3d::Zero());  // by fingertip: the sum of its contacts'
   for (int c = 0; c < data->ncon; ++c) {
     const mjContact& contact = data->contact[c];
     if (contact.exclude != 0 || (contact.geom1 != object_geom && contact.geom2 != object_geom)) continue;
-    const int other = contact.geom1 == object_geom ? contact.geom2 : contact.geom1;
+    const bool object_first = contact.geom1 == object_geom;
+    const int other = object_first ? contact.geom2 : contact.geom1;
     const int finger = finger_of_body_[static_cast<std::size_t>(model->geom_bodyid[other])];
-    if (finger >= 0) touching[static_cast<std::size_t>(finger)] = true;
+    if (finger < 0) continue;
+    touching[static_cast<std::size_t>(finger)] = true;
+    // MuJoCo's contact normal points from the first geom to the second.
+    push[static_cast<std::size_t>(finger)] += (object_first ? -1.0 : 1.0) * Eigen::Vector3d(contact.frame);
   }
   Grip grip;
+  grip.has_thumb = has_thumb_;
   for (std::size_t t = 0; t < touching.size(); ++t) {
     if (!touching[t]) continue;
     if (thumb_[t]) {
@@ -116,6 +132,8 @@ Grip JointMap::grip(const mjModel* model, const mjData* data, int object_geom) c
     } else {
       ++grip.fingers;
     }
+    grip.only = tip_names_[t];
+    for (std::size_t u = 0; u < t; ++u) grip.from_sides = grip.from_sides || (touching[u] && push[t].dot(push[u]) < 0);
   }
   return grip;
 }
@@ -132,32 +150,67 @@ bool JointMap::touches_robot(const mjModel* model, const mjData* data, int geom)
 
 namespace {
 
-/// Turns the closing joints of each finger by `step` (positive closes) while `go_on(smallest distance of the finger to
-/// the object)`.
+/// Fingers that move together because they share closing joints.
+struct FingerGroup {
+  std::vector<int> fingers;
+  std::vector<int> joints;  ///< of q: the listed joints that close them
+};
+
+std::vector<FingerGroup> finger_groups(const robot::Robot& robot, const std::vector<int>& finger) {
+  std::vector<FingerGroup> groups;
+  for (int t = 0; t < static_cast<int>(robot.fingertips().size()); ++t) {
+    FingerGroup group{{t}, {}};
+    for (const auto& joint : robot.chain()) {
+      const int hand_joint = joint.index - robot.arm_joints();
+      if (hand_joint < 0 || finger[static_cast<std::size_t>(joint.body)] != t) continue;
+      if (robot.file().hand[static_cast<std::size_t>(hand_joint)].closing == 0) continue;
+      // A coupled joint is driven by the same q.
+      if (std::find(group.joints.begin(), group.joints.end(), joint.index) == group.joints.end())
+        group.joints.push_back(joint.index);
+    }
+    const auto shares = [&](const FingerGroup& other) {
+      return std::find_first_of(other.joints.begin(), other.joints.end(), group.joints.begin(), group.joints.end()) !=
+             other.joints.end();
+    };
+    for (auto other = std::find_if(groups.begin(), groups.end(), shares); other != groups.end();
+         other = std::find_if(groups.begin(), groups.end(), shares)) {
+      group.fingers.insert(group.fingers.begin(), other->fingers.begin(), other->fingers.end());
+      for (const int joint : other->joints) {
+        if (std::find(group.joints.begin(), group.joints.end(), joint) == group.joints.end())
+          group.joints.push_back(joint);
+      }
+      groups.erase(other);
+    }
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+/// Moves the closing joints of each finger by `step` (rad; positive closes) while `go_on(smallest distance of the
+/// finger to the object)`.
 template <class GoOn>
 Eigen::VectorXd turn_fingers(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
                              double step, double most, GoOn go_on) {
   const auto finger = finger_of_body(robot);
   Eigen::VectorXd turned = q;
   robot::Kinematics kinematics;
-  for (int t = 0; t < static_cast<int>(robot.fingertips().size()); ++t) {
+  for (const auto& group : finger_groups(robot, finger)) {
     const auto gap = [&] {
       double smallest = std::numeric_limits<double>::infinity();
       robot.forward(turned, kinematics);
       for (const auto& link : robot.link_shapes()) {
-        if (finger[static_cast<std::size_t>(link.body)] != t) continue;
+        const int t = finger[static_cast<std::size_t>(link.body)];
+        if (std::find(group.fingers.begin(), group.fingers.end(), t) == group.fingers.end()) continue;
         smallest = std::min(smallest, robot::distance(link.shape, robot.pose(kinematics, link), object, X_WO).distance);
       }
       return smallest;
     };
     for (double moved = 0; moved + std::abs(step) <= most + 1e-9 && go_on(gap()); moved += std::abs(step)) {
-      for (const auto& joint : robot.chain()) {
-        const int hand_joint = joint.index - robot.arm_joints();
-        if (hand_joint < 0 || finger[static_cast<std::size_t>(joint.body)] != t) continue;
-        const double closing = robot.file().hand[static_cast<std::size_t>(hand_joint)].closing;
-        if (closing == 0) continue;
-        turned[joint.index] = std::clamp(turned[joint.index] + std::copysign(step, step * closing),
-                                         robot.lower()[joint.index], robot.upper()[joint.index]);
+      for (const int joint : group.joints) {
+        const double closing = robot.file().hand[static_cast<std::size_t>(joint - robot.arm_joints())].closing;
+        const double travel = robot.slides(joint) ? step * kFingerLength : step;
+        turned[joint] = std::clamp(turned[joint] + std::copysign(travel, travel * closing), robot.lower()[joint],
+                                   robot.upper()[joint]);
       }
     }
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "physics/model.h"
@@ -12,11 +13,16 @@ namespace primo::physics {
 
 /// Which parts of the hand touch an object.
 struct Grip {
+  bool has_thumb = true;  ///< whether the robot file names one
   bool thumb = false;
-  int fingers = 0;  ///< touching, other than the thumb
+  int fingers = 0;          ///< touching, other than the thumb
+  bool from_sides = false;  ///< two fingers push in directions more than a right angle apart
+  std::string only = {};    ///< the one fingertip that touches, when it is one
   int parts() const { return static_cast<int>(thumb) + fingers; }
-  /// Thumb against at least one finger.
-  bool opposed() const { return thumb && fingers > 0; }
+  /// Thumb against at least one finger; in a hand without a thumb, two fingers from opposite sides.
+  bool opposed() const { return has_thumb ? thumb && fingers > 0 : from_sides; }
+  /// Why not, in words. @pre some part touches, and not opposed().
+  std::string complaint() const;
 };
 
 class JointMap {
@@ -40,6 +46,8 @@ class JointMap {
   Eigen::VectorXd frozen_targets(const robot::Robot& robot, const mjData* data, const Eigen::VectorXd& held) const;
 
   Grip grip(const mjModel* model, const mjData* data, int object_geom) const;
+  /// What holds an object, in words: "thumb and fingers", or "the fingers" of a hand without a thumb.
+  const char* holders() const { return has_thumb_ ? "thumb and fingers" : "the fingers"; }
   /// Whether any geom of the robot touches `geom`.
   bool touches_robot(const mjModel* model, const mjData* data, int geom) const;
 
@@ -53,19 +61,26 @@ class JointMap {
   std::vector<int> finger_of_body_;  // by model body: fingertip index, or −1
   std::vector<bool> robot_body_;
   std::vector<bool> thumb_;  // by fingertip
+  std::vector<std::string> tip_names_;
+  bool has_thumb_ = false;
   int arm_ = 0;
 };
 
 /// For each body of the robot, the fingertip whose own chain it is part of (not shared with another fingertip), or −1.
 std::vector<int> finger_of_body(const robot::Robot& robot);
 
-/// `q` with fingers that overlap the object opened, all closing joints of a finger by the same angle, against their
-/// closing direction, until the finger is clear or has moved `most` rad. Fingers that are clear stay.
+/// A slide joint of a finger moves as far as the tip of a hinged finger of this length would, m for each rad.
+inline constexpr double kFingerLength = 0.1;
+
+/// `q` with fingers that overlap the object opened, all closing joints of a finger by the same travel, against their
+/// closing direction, until the finger is clear or has moved `most` rad (slides: `most` · kFingerLength, m). Fingers
+/// that are clear stay, but for those that share a joint with one that is not.
 Eigen::VectorXd back_off(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
                          double most);
 
-/// `q` with every finger closed, its closing joints by the same angle, until it touches the object or has moved `most`
-/// rad: how a closed hand looks without physics.
+/// `q` with every finger closed, its closing joints by the same travel, until it (or one that shares a joint with it)
+/// touches the object or has moved `most` rad (slides: `most` · kFingerLength, m): how a closed hand looks without
+/// physics.
 Eigen::VectorXd close_onto(const robot::Robot& robot, const Eigen::VectorXd& q, const Shape& object, const Pose& X_WO,
                            double most = 0.7);
 

@@ -1,49 +1,34 @@
 #include "physics/model.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <mutex>
 #include <set>
+#include <vector>
+
+#include "robot/mesh_cover.h"
+#include "robot/mjcf.h"
 
 namespace primo::physics {
 namespace {
 
-// MuJoCo's defaults write MUJOCO_LOG.TXT into the working directory and end the process. Warnings are read from mjData
-// instead.
-void ignore_warning(const char*) {}
-void stop_on_error(const char* message) { check_failed("MuJoCo", "mujoco", 0, message); }
-
-void install_handlers() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    mju_user_warning = ignore_warning;
-    mju_user_error = stop_on_error;
-  });
-}
-
-struct VfsDeleter {
-  void operator()(mjVFS* vfs) const {
-    mj_deleteVFS(vfs);
-    delete vfs;
-  }
-};
-
-Status add_file(mjVFS* vfs, const std::string& name, const std::string& text) {
-  if (mj_makeEmptyFileVFS(vfs, name.c_str(), static_cast<int>(text.size())) != 0) {
-    return Error{Code::internal, "cannot put " + name + " into MuJoCo's file system"};
-  }
-  std::memcpy(vfs->filedata[mj_findFileVFS(vfs, name.c_str())], text.data(), text.size());
-  return success();
+/// Sizes that hold six contacts an object and forty of a three-fingered hand: MuJoCo's automatic ones make every reset
+/// slow. The solver's matrices, a row a constraint, have to fit the stack several times.
+std::string size_mjcf(const robot::Robot* robot, int objects) {
+  const int joints = robot ? static_cast<int>(robot->chain().size()) : 0, more = std::max(0, joints - 15);
+  const int rows = 400 + 100 * objects + 30 * more, contacts = 100 + 25 * objects + 10 * more;
+  const int stack = std::max(400000 + 120000 * objects, 8 * rows * (joints + 6 * objects));
+  return "  <size njmax=\"" + std::to_string(rows) + "\" nconmax=\"" + std::to_string(contacts) + "\" nstack=\"" +
+         std::to_string(stack) + "\"/>\n";
 }
 
 std::string object_mjcf(const scene::Object& object) {
   const std::string name = xml_escape(object.name);
-  return "    <body name=\"" + name + "\"" + pose_attributes(object.X_WO()) + ">\n      <joint name=\"" + name +
-         "\" type=\"free\"/>\n      <geom name=\"object:" + name + "\"" + shape_attributes(object.shape()) +
-         " mass=\"" + numbers(&object.mass, 1) + "\" group=\"1\" rgba=\"0.35 0.65 0.3 1\"" + contact_attributes() +
+  return "    <body name=\"" + name + "\"" + pose_attributes(object.X_WO()) + ">\n      <freejoint name=\"" + name +
+         "\"/>\n      <geom name=\"object:" + name + "\"" + shape_attributes(object.shape()) + " mass=\"" +
+         numbers(&object.mass, 1) + "\" group=\"1\" rgba=\"0.35 0.65 0.3 1\"" + contact_attributes() +
          "/>\n    </body>\n";
 }
 
@@ -106,7 +91,9 @@ std::string pose_attributes(const Pose& X) {
 }
 
 std::string contact_attributes() {
-  return " contype=\"3\" conaffinity=\"3\" condim=\"4\" friction=\"0.9 0.01 0.0005\" solref=\"0.01 1\" solimp=\"0.95 "
+  // All of them: a robot's own defaults must not change the objects.
+  return " contype=\"3\" conaffinity=\"3\" condim=\"4\" priority=\"0\" margin=\"0\" gap=\"0\" solmix=\"1\" "
+         "friction=\"0.9 0.01 0.0005\" solref=\"0.01 1\" solimp=\"0.95 "
          "0.99 0.001\"";
 }
 
@@ -118,19 +105,8 @@ std::string solver_mjcf(double timestep) {
 }
 
 Result<Model> compile(const std::string& mjcf, const std::filesystem::path& directory, const std::string& what) {
-  install_handlers();
-  // The compiler sets the locale and other globals of the process.
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
-  std::unique_ptr<mjVFS, VfsDeleter> vfs(new mjVFS);
-  mj_defaultVFS(vfs.get());
-  constexpr const char* kName = "primo_assembled.xml";
-  PRIMO_TRY(add_file(vfs.get(), kName, mjcf));
-  std::array<char, 1000> message{};
-  mjModel* model =
-      mj_loadXML((directory / kName).string().c_str(), vfs.get(), message.data(), static_cast<int>(message.size()));
-  if (!model) return Error{Code::config, what + ": MuJoCo refuses the model: " + message.data()};
-  return Model(model);
+  PRIMO_ASSIGN(auto model, robot::compile_mjcf(mjcf, directory, what));
+  return Model(model.release());
 }
 
 Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenario, const AssembleOptions& options) {
@@ -143,13 +119,10 @@ Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenari
     return Error{Code::config, "scenario " + scenario.name + ": the table's name \"" + scenario.table.name +
                                    "\" is taken by the world, the floor or the robot; give it another"};
   }
-  const int objects = static_cast<int>(scenario.objects.size());
-  std::string mjcf = "<mujoco model=\"scene\">\n  <compiler angle=\"radian\" autolimits=\"true\"/>\n";
+  std::string mjcf = "<mujoco model=\"scene\">\n";
+  if (robot) mjcf += robot->mjcf();
   mjcf += solver_mjcf(options.timestep);
-  // MuJoCo's automatic sizes make every reset slow. These hold six contacts an object and forty of the hand.
-  mjcf += "  <size njmax=\"" + std::to_string(400 + 100 * objects) + "\" nconmax=\"" +
-          std::to_string(100 + 25 * objects) + "\" nstack=\"" + std::to_string(400000 + 120000 * objects) + "\"/>\n";
-  if (robot) mjcf += "  <include file=\"" + xml_escape(robot->mjcf_path().filename().string()) + "\"/>\n";
+  mjcf += size_mjcf(robot, static_cast<int>(scenario.objects.size()));
   mjcf +=
       "  <worldbody>\n    <geom name=\"floor\" type=\"plane\" size=\"4 4 0.1\" group=\"0\" rgba=\"0.8 0.82 0.85 1\"" +
       contact_attributes() + "/>\n";
@@ -168,8 +141,38 @@ Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenari
   }
   mjcf += "  </worldbody>\n" + options.extra + "</mujoco>\n";
   const std::filesystem::path directory = robot ? robot->mjcf_path().parent_path() : std::filesystem::path();
-  return compile(mjcf, directory,
-                 "scenario " + scenario.name + (robot ? " with robot " + robot->mjcf_path().string() : std::string()));
+  auto model =
+      compile(mjcf, directory,
+              "scenario " + scenario.name + (robot ? " with robot " + robot->mjcf_path().string() : std::string()));
+  if (model.ok() && robot) PRIMO_TRY(prepare_robot(*robot, *model));
+  return model;
+}
+
+Status prepare_robot(const robot::Robot& robot, Model& model) {
+  PRIMO_TRY(robot::cover_meshes(*model.get(), robot.mjcf_path().string()));
+  std::vector<char> of_robot(static_cast<std::size_t>(model->nbody), 0), seen = of_robot;
+  for (const auto& body : robot.bodies()) {
+    if (const int id = model.body(body.name); id >= 0) of_robot[static_cast<std::size_t>(id)] = 1;
+  }
+  // Of the world's geoms, the robot's come first.
+  const int floor = model.geom("floor");
+  const auto robots = [&](int g) {
+    return of_robot[static_cast<std::size_t>(model->geom_bodyid[g])] &&
+           (model->geom_bodyid[g] > 0 || g < floor || floor < 0);
+  };
+  const auto collides = [&](int g) { return model->geom_contype[g] != 0 || model->geom_conaffinity[g] != 0; };
+  for (int g = 0; g < model->ngeom; ++g) {
+    if (robots(g) && !collides(g)) seen[static_cast<std::size_t>(model->geom_bodyid[g])] = 1;
+  }
+  for (int g = 0; g < model->ngeom; ++g) {
+    if (!robots(g)) continue;
+    model->geom_group[g] =
+        collides(g) && seen[static_cast<std::size_t>(model->geom_bodyid[g])] ? kHiddenGroup : kRobotGroup;
+    if (!collides(g)) continue;
+    model->geom_contype[g] = kRobotContype;
+    model->geom_conaffinity[g] = kRobotConaffinity;
+  }
+  return success();
 }
 
 Pose body_pose(const mjData* data, int body) {

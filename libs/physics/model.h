@@ -10,14 +10,12 @@
 
 #include "core/pose.h"
 #include "core/result.h"
+#include "robot/mjcf.h"
 #include "robot/robot.h"
 #include "scene/scenario.h"
 
 namespace primo::physics {
 
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
 struct DataDeleter {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
@@ -40,7 +38,7 @@ class Model {
   Model copy() const { return Model(mj_copyModel(nullptr, model_.get())); }
 
  private:
-  std::unique_ptr<mjModel, ModelDeleter> model_;
+  robot::ModelPointer model_;
 };
 
 /// An owned mjData of one model, which must outlive it. For one thread at a time.
@@ -61,7 +59,8 @@ class Data {
 inline constexpr int kRobotContype = 1, kRobotConaffinity = 2;
 inline constexpr int kSceneContype = 3, kSceneConaffinity = 3;
 /// Geom groups: what rays and pictures filter by.
-inline constexpr int kFixtureGroup = 0, kObjectGroup = 1, kRobotGroup = 2;
+/// A robot's colliding shapes are hidden where its body has others for the eye.
+inline constexpr int kFixtureGroup = 0, kObjectGroup = 1, kRobotGroup = 2, kHiddenGroup = 3;
 
 struct AssembleOptions {
   double timestep = 0.002;  ///< s
@@ -73,6 +72,11 @@ struct AssembleOptions {
 /// robot (group 2) as its file has it, or none when `robot` is null. Errors: what MuJoCo refuses, with the robot's file
 /// name; names taken twice.
 Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenario, const AssembleOptions& options = {});
+
+/// Makes the robot in `model` what primo plans with, whatever its file's contact bits and groups are: meshes that
+/// collide are covered by primitive shapes, the robot's shapes collide with the scene and not with each other, and
+/// groups say what is drawn. Error: a mesh that cannot be covered.
+Status prepare_robot(const robot::Robot& robot, Model& model);
 
 /// Compiles MJCF text. Files it includes are looked up beside `directory`. `what` names it in errors. Safe from any
 /// thread.

@@ -140,8 +140,10 @@ class Canvas {
       for (int channel = 0; channel < 3; ++channel)
         rgba[channel] = 0.45F * rgba[channel] + 0.55F * std::array{0.35F, 0.50F, 0.75F}[channel];
       rgba[3] = alpha;
-      add(model_->geom_type[g], model_->geom_size + 3 * g, data_->geom_xpos + 3 * g, data_->geom_xmat + 9 * g,
-          rgba.data());
+      mjvGeom* ghost = add(model_->geom_type[g], model_->geom_size + 3 * g, data_->geom_xpos + 3 * g,
+                           data_->geom_xmat + 9 * g, rgba.data());
+      // The renderer numbers a mesh and its hull in turns.
+      if (ghost && model_->geom_type[g] == mjGEOM_MESH) ghost->dataid = 2 * model_->geom_dataid[g];
     }
   }
 

@@ -1,31 +1,15 @@
 // Reads a Robot out of its robot file and the compiled MJCF model.
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cmath>
-#include <memory>
-#include <mutex>
 
+#include "robot/couplings.h"
+#include "robot/mjcf.h"
 #include "robot/robot.h"
 
 namespace primo::robot {
 namespace {
-
-using ModelPointer = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
-
-Result<ModelPointer> load_mjcf(const std::filesystem::path& path) {
-  // MuJoCo's XML loader keeps the last parsed model in a global.
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
-  PRIMO_TRY([&]() -> Status {
-    auto text = read_file(path);
-    if (!text.ok()) return text.error();
-    return success();
-  }());
-  char message[1000] = "";
-  ModelPointer model(mj_loadXML(path.c_str(), nullptr, message, sizeof message), &mj_deleteModel);
-  if (!model) return Error{Code::config, path.string() + ": not a valid MJCF model: " + message};
-  return model;
-}
 
 std::string joined_names(const mjModel& model, mjtObj type, int count) {
   std::string names;
@@ -36,21 +20,10 @@ std::string joined_names(const mjModel& model, mjtObj type, int count) {
   return names.empty() ? "none with a name" : names;
 }
 
-std::string name_of(const mjModel& model, mjtObj type, int id) {
-  const char* name = mj_id2name(&model, type, id);
-  return name && *name ? name : "#" + std::to_string(id);
-}
-
 Pose pose_from(const mjtNum* position, const mjtNum* quaternion) {
   return primo::pose(Eigen::Vector3d(position[0], position[1], position[2]),
                      Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3]));
 }
-
-/// How an MJCF joint's value follows from q.
-struct Drive {
-  int index = -1;
-  double offset = 0, ratio = 1;
-};
 
 }  // namespace
 
@@ -60,6 +33,7 @@ class ModelReader {
       : robot_(robot), model_(model), where_(std::move(where)), mjcf_(robot.mjcf_path_.string()) {}
 
   Status read() {
+    PRIMO_TRY(check_numbers());
     PRIMO_TRY(read_joints());
     PRIMO_TRY(read_couplings());
     PRIMO_TRY(read_bodies());
@@ -77,8 +51,11 @@ class ModelReader {
                     joined_names(model_, mjOBJ_JOINT, model_.njnt));
     }
     if (drives_[id].index >= 0) return refuse(key + ": joint '" + name + "' is listed twice");
+    if (const int type = model_.jnt_type[id]; type != mjJNT_HINGE && type != mjJNT_SLIDE)
+      return refuse(key + ": joint '" + name + "' is a ball or free joint; a robot's joints must be hinges or slides");
     if (!model_.jnt_limited[id]) {
-      return refuse(key + ": joint '" + name + "' has no range in '" + mjcf_ + "'; a planned joint needs limits");
+      return refuse(key + ": joint '" + name + "' has no limits in '" + mjcf_ +
+                    "'; a planned joint needs them: range=\"…\" and limited=\"true\"");
     }
     const double lower = model_.jnt_range[2 * id], upper = model_.jnt_range[2 * id + 1];
     if (!(lower < upper)) return refuse(key + ": joint '" + name + "' has an empty range in '" + mjcf_ + "'");
@@ -89,6 +66,7 @@ class ModelReader {
     const auto i = robot_.joint_names_.size();
     drives_[id].index = static_cast<int>(i);
     robot_.joint_names_.push_back(name);
+    robot_.slides_.push_back(model_.jnt_type[id] == mjJNT_SLIDE);
     robot_.lower_[i] = lower;
     robot_.upper_[i] = upper;
     robot_.home_[i] = home;
@@ -113,29 +91,55 @@ class ModelReader {
     return success();
   }
 
-  /// MuJoCo's joint equality: y − y₀ = a₀ + a₁ (x − x₀) + …, y of joint 1, x of joint 2, ₀ the reference positions.
+  /// MuJoCo reads "nan" as a number.
+  Status check_numbers() const {
+    const auto finite = [](const mjtNum* values, int count) {
+      return std::all_of(values, values + count, [](mjtNum value) { return std::isfinite(value); });
+    };
+    const auto& m = model_;
+    const bool all = finite(m.qpos0, m.nq) && finite(m.jnt_range, 2 * m.njnt) && finite(m.jnt_axis, 3 * m.njnt) &&
+                     finite(m.jnt_pos, 3 * m.njnt) && finite(m.body_pos, 3 * m.nbody) &&
+                     finite(m.body_quat, 4 * m.nbody) && finite(m.body_mass, m.nbody) &&
+                     finite(m.body_inertia, 3 * m.nbody) && finite(m.geom_pos, 3 * m.ngeom) &&
+                     finite(m.geom_quat, 4 * m.ngeom) && finite(m.geom_size, 3 * m.ngeom) &&
+                     finite(m.eq_data, mjNEQDATA * m.neq) && finite(m.site_pos, 3 * m.nsite);
+    return all ? success() : refuse("'" + mjcf_ + "' holds a pose, size, mass, range or coupling that is not finite");
+  }
+
   Status read_couplings() {
-    for (int e = 0; e < model_.neq; ++e) {
-      if (model_.eq_type[e] != mjEQ_JOINT || !model_.eq_active[e]) continue;
-      const int follower = model_.eq_obj1id[e], leader = model_.eq_obj2id[e];
-      if (leader < 0) continue;
-      const std::string name = name_of(model_, mjOBJ_JOINT, follower);
-      const mjtNum* a = model_.eq_data + mjNEQDATA * e;
-      if (a[2] != 0 || a[3] != 0 || a[4] != 0) {
-        return refuse("'" + mjcf_ + "' couples joint '" + name +
-                      "' by a polynomial; only linear couplings (polycoef a0 a1 0 0 0) can be planned with");
-      }
-      if (drives_[leader].index < 0 || drives_[follower].index >= 0) {
-        return refuse("'" + mjcf_ + "' couples joint '" + name + "' to '" + name_of(model_, mjOBJ_JOINT, leader) +
-                      "'; the first must not be listed and the second must be listed in the robot file");
-      }
-      const double x0 = model_.qpos0[model_.jnt_qposadr[leader]], y0 = model_.qpos0[model_.jnt_qposadr[follower]];
-      drives_[follower] = {drives_[leader].index, y0 + a[0] - a[1] * x0, a[1]};
-    }
+    PRIMO_TRY(solve_couplings(model_, where_ + ": '" + mjcf_ + "'", drives_));
     for (int j = 0; j < model_.njnt; ++j) {
       if (drives_[j].index < 0) {
         return refuse("joint '" + name_of(model_, mjOBJ_JOINT, j) + "' of '" + mjcf_ +
-                      "' is neither listed as an arm or hand joint nor coupled to one by a joint equality");
+                      "' is neither listed as an arm or hand joint nor coupled to one by a joint or tendon equality");
+      }
+    }
+    return success();
+  }
+
+  /// Arm joints from the base outwards, hand joints beyond the last of them: the hand is what that one carries.
+  Status check_order() const {
+    const auto& file = robot_.file_;
+    int before = 0;
+    for (std::size_t i = 0; i < file.arm.size(); ++i) {
+      const int body = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, file.arm[i].joint.c_str())];
+      int up = body;
+      while (up > 0 && up != before) up = model_.body_parentid[up];
+      if (up != before) {
+        return refuse("arm[" + std::to_string(i) + "]: joint '" + file.arm[i].joint +
+                      "' is not moved by the joint before it; list the arm's joints from the base outwards");
+      }
+      before = body;
+    }
+    for (std::size_t i = 0; i < file.hand.size(); ++i) {
+      const auto& spec = file.hand[i];
+      const std::string key = "hand[" + std::to_string(i) + "]";
+      if (!robot_.bodies_[model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, spec.joint.c_str())]].hand)
+        return refuse(key + ": joint '" + spec.joint + "' is not moved by the last arm joint, '" +
+                      file.arm.back().joint + "'");
+      if (spec.closing != 0 && !(spec.kp > 0 && spec.max_torque >= std::abs(spec.closing))) {
+        return refuse(key + ": joint '" + spec.joint +
+                      "' closes, so it needs kp > 0 and max_torque of at least |closing| to keep pressing");
       }
     }
     return success();
@@ -158,7 +162,7 @@ class ModelReader {
       robot_.bodies_.push_back(std::move(body));
     }
     robot_.first_joint_.push_back(static_cast<int>(robot_.chain_.size()));
-    return success();
+    return check_order();
   }
 
   Status add_chain_joint(int b, int j) {
@@ -208,8 +212,8 @@ class ModelReader {
           break;
         default:
           return refuse("geom '" + link.name + "' of '" + mjcf_ +
-                        "' collides but is neither sphere, capsule, cylinder nor box; give it such a shape, or contype "
-                        "and conaffinity 0");
+                        "' collides but is neither sphere, capsule, cylinder, box nor mesh; give it such a shape, or "
+                        "contype and conaffinity 0");
       }
       link.shape.size = Eigen::Map<const Eigen::Vector3d>(model_.geom_size + 3 * g);
       link.X_BG = pose_from(model_.geom_pos + 3 * g, model_.geom_quat + 4 * g);
@@ -225,16 +229,31 @@ class ModelReader {
   }
 
   Result<Frame> frame(const std::string& key, const FrameSpec& spec) const {
+    const Pose X = primo::pose(spec.position, spec.rpy);
+    if (spec.body.empty() == spec.site.empty()) return refuse(key + ": must name either a body or a site");
+    if (!spec.site.empty()) {
+      const int site = mj_name2id(&model_, mjOBJ_SITE, spec.site.c_str());
+      if (site < 0) {
+        return refuse(key + ".site: '" + mjcf_ + "' has no site '" + spec.site + "'; its sites are " +
+                      joined_names(model_, mjOBJ_SITE, model_.nsite));
+      }
+      return Frame{model_.site_bodyid[site], pose_from(model_.site_pos + 3 * site, model_.site_quat + 4 * site) * X};
+    }
     const int body = mj_name2id(&model_, mjOBJ_BODY, spec.body.c_str());
     if (body < 0) {
       return refuse(key + ".body: '" + mjcf_ + "' has no body '" + spec.body + "'; its bodies are " +
                     joined_names(model_, mjOBJ_BODY, model_.nbody));
     }
-    return Frame{body, primo::pose(spec.position, spec.rpy)};
+    return Frame{body, X};
   }
 
   Status read_frames() {
     PRIMO_ASSIGN(robot_.grasp_frame_, frame("grasp_frame", robot_.file_.grasp_frame));
+    const int palm = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, robot_.file_.arm.back().joint.c_str())];
+    if (robot_.grasp_frame_.body != palm && !robot_.bodies_[robot_.grasp_frame_.body].hand)
+      return refuse("grasp_frame: the last arm joint does not move it; it must be of the hand");
+    if (const auto tips = robot_.file_.fingertips.size(); tips < 2 || tips > 5)
+      return refuse("fingertips: " + std::to_string(tips) + " are listed, must be 2 … 5");
     for (std::size_t i = 0; i < robot_.file_.fingertips.size(); ++i) {
       const auto& spec = robot_.file_.fingertips[i];
       const std::string key = "fingertips[" + std::to_string(i) + "]";
@@ -242,6 +261,8 @@ class ModelReader {
       tip.name = spec.name;
       tip.thumb = spec.thumb;
       PRIMO_ASSIGN(tip.frame, frame(key + ".frame", spec.frame));
+      if (!robot_.bodies_[tip.frame.body].hand)
+        return refuse(key + ": fingertip '" + spec.name + "' is not beyond the last arm joint's own body");
       double nearest = std::numeric_limits<double>::infinity();
       for (std::size_t s = 0; s < robot_.link_shapes_.size(); ++s) {
         const LinkShape& link = robot_.link_shapes_[s];
@@ -252,7 +273,7 @@ class ModelReader {
         }
       }
       if (tip.link_shape < 0) {
-        return refuse(key + ".frame.body: body '" + spec.frame.body + "' of '" + mjcf_ +
+        return refuse(key + ".frame: body '" + robot_.bodies_[tip.frame.body].name + "' of '" + mjcf_ +
                       "' has no colliding geom; a fingertip needs one to touch with");
       }
       robot_.fingertips_.push_back(std::move(tip));
@@ -270,8 +291,12 @@ Result<Robot> Robot::load(const std::filesystem::path& robot_file) {
   Robot robot;
   PRIMO_ASSIGN(robot.file_, config::read<RobotFile>(robot_file));
   robot.mjcf_path_ = std::filesystem::absolute(robot_file.parent_path() / robot.file_.mjcf).lexically_normal();
-  auto model = load_mjcf(robot.mjcf_path_);
-  if (!model.ok()) return model.error().at(robot_file.string() + ": mjcf");
+  const auto fail = [&](const Error& error) { return error.at(robot_file.string() + ": mjcf"); };
+  auto text = read_mjcf(robot.mjcf_path_);
+  if (!text.ok()) return fail(text.error());
+  robot.mjcf_ = std::move(text).value();
+  auto model = compile_robot(robot.mjcf_, robot.mjcf_path_);
+  if (!model.ok()) return fail(model.error());
   PRIMO_TRY(ModelReader(robot, **model, robot_file.string()).read());
   return robot;
 }

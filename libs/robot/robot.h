@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -14,15 +15,16 @@
 
 namespace primo::robot {
 
-/// A frame fixed to a body of the MJCF model: X_BF.
+/// A frame fixed to a body of the MJCF model (X_BF), or to a site of it (X_SF).
 struct FrameSpec {
-  std::string body;
-  Eigen::Vector3d position{0, 0, 0};  ///< p_BF, m
+  std::string body, site;             ///< one of them
+  Eigen::Vector3d position{0, 0, 0};  ///< of the frame in the body or site, m
   Eigen::Vector3d rpy{0, 0, 0};       ///< rad
   template <class V>
   void visit(V&& v) {
-    v("body", body, {.help = "body of the MJCF model", .required = true});
-    v("position", position, {.unit = "m"});
+    v("body", body, {.help = "body of the MJCF model"});
+    v("site", site, {.help = "site of the MJCF model, instead of a body"});
+    v("position", position, {.help = "in the body or site", .unit = "m"});
     v("rpy", rpy, {.unit = "rad"});
   }
 };
@@ -31,7 +33,7 @@ struct FrameSpec {
 struct FingertipSpec {
   std::string name;
   FrameSpec frame;     ///< origin: the tip's centre; z: the pad's outward normal
-  bool thumb = false;  ///< opposes the others
+  bool thumb = false;  ///< opposes the others; a hand without a thumb grips from any two opposite sides
   template <class V>
   void visit(V&& v) {
     v("name", name, {.required = true});
@@ -40,6 +42,7 @@ struct FingertipSpec {
   }
 };
 
+/// Numbers of a joint that slides are in metres and newtons instead of radians and newton metres.
 struct ArmJointSpec {
   std::string joint;
   double control_weight = 1.0;  ///< W
@@ -51,11 +54,11 @@ struct ArmJointSpec {
   void visit(V&& v) {
     v("joint", joint, {.required = true});
     v("control_weight", control_weight, {.help = "W", .min = 1e-9});
-    v("home", home, {.unit = "rad"});
-    v("max_speed", max_speed, {.unit = "rad/s", .min = 0});
-    v("kp", kp, {.unit = "N·m/rad", .min = 0});
-    v("kd", kd, {.unit = "N·m·s/rad", .min = 0});
-    v("max_torque", max_torque, {.unit = "N·m", .min = 0});
+    v("home", home, {.help = "slides: m", .unit = "rad"});
+    v("max_speed", max_speed, {.help = "slides: m/s", .unit = "rad/s", .min = 1e-6});
+    v("kp", kp, {.help = "slides: N/m", .unit = "N·m/rad", .min = 0});
+    v("kd", kd, {.help = "slides: N·s/m", .unit = "N·m·s/rad", .min = 0});
+    v("max_torque", max_torque, {.help = "slides: N", .unit = "N·m", .min = 0});
   }
 };
 
@@ -70,22 +73,24 @@ struct HandJointSpec {
   void visit(V&& v) {
     v("joint", joint, {.required = true});
     v("control_weight", control_weight, {.help = "W", .min = 1e-9});
-    v("home", home, {.help = "fingers open", .unit = "rad"});
-    v("closing", closing, {.help = "signed torque that closes the hand; 0: the joint is held", .unit = "N·m"});
-    v("kp", kp, {.unit = "N·m/rad", .min = 0});
-    v("kd", kd, {.unit = "N·m·s/rad", .min = 0});
-    v("max_torque", max_torque, {.unit = "N·m", .min = 0});
+    v("home", home, {.help = "fingers open; slides: m", .unit = "rad"});
+    v("closing", closing,
+      {.help = "signed torque that closes the hand (slides: force, N); 0: the joint is held", .unit = "N·m"});
+    v("kp", kp, {.help = "slides: N/m", .unit = "N·m/rad", .min = 0});
+    v("kd", kd, {.help = "slides: N·s/m", .unit = "N·m·s/rad", .min = 0});
+    v("max_torque", max_torque, {.help = "slides: N", .unit = "N·m", .min = 0});
   }
 };
 
-/// A robot file (YAML). Joint order of every q in primo: arm joints, then hand joints. Joints that an MJCF equality
-/// couples to a listed one follow it and are not listed.
+/// A robot file (YAML, see docs/robots.md). Joint order of every q in primo: arm joints, then hand joints. Joints that
+/// an MJCF equality couples to a listed one follow it and are not listed.
 struct RobotFile {
   std::string name;
   std::string mjcf;  ///< relative to the robot file
   std::vector<ArmJointSpec> arm;
   std::vector<HandJointSpec> hand;
-  FrameSpec grasp_frame;  ///< origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers
+  /// origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers (or finger to finger)
+  FrameSpec grasp_frame;
   std::vector<FingertipSpec> fingertips;
   template <class V>
   void visit(V&& v) {
@@ -96,7 +101,7 @@ struct RobotFile {
     v("grasp_frame", grasp_frame,
       {.help = "origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers",
        .required = true});
-    v("fingertips", fingertips, {.required = true});
+    v("fingertips", fingertips, {.help = "2 … 5", .required = true});
   }
 };
 
@@ -159,21 +164,28 @@ struct Kinematics {
 /// threads. n is the number of listed joints, arm then hand; every q has n entries in radians (metres for slides).
 class Robot {
  public:
-  /// Reads a robot file and the MJCF model it names. Errors name the file, the missing joint or body, and those that
-  /// exist.
+  /// Reads a robot file and the MJCF model it names. Errors name the file, what is wrong there and what would be right:
+  /// the missing joint or body and those that exist, a feature that MuJoCo 2.2 does not read and its line.
   static Result<Robot> load(const std::filesystem::path& robot_file);
 
   const std::string& name() const { return file_.name; }
   const RobotFile& file() const { return file_; }
   const std::filesystem::path& mjcf_path() const { return mjcf_path_; }
+  /// The model's sections as one text, to be put into a <mujoco> element (see mjcf.h).
+  const std::string& mjcf() const { return mjcf_; }
 
   int joints() const { return static_cast<int>(joint_names_.size()); }
   int arm_joints() const { return static_cast<int>(file_.arm.size()); }
   int hand_joints() const { return static_cast<int>(file_.hand.size()); }
   const std::vector<std::string>& joint_names() const { return joint_names_; }
-  const Eigen::VectorXd& lower() const { return lower_; }                      ///< rad
-  const Eigen::VectorXd& upper() const { return upper_; }                      ///< rad
-  const Eigen::VectorXd& home() const { return home_; }                        ///< rad
+  /// Whether listed joint i translates: its values are metres, its efforts newtons.
+  bool slides(int i) const { return slides_[static_cast<std::size_t>(i)] != 0; }
+  /// What of joint i counts as one radian where joints are summed or compared: 1 for hinges; a slide's whole range
+  /// counts as half a turn (m).
+  double radian(int i) const { return slides(i) ? (upper_[i] - lower_[i]) / std::numbers::pi : 1.0; }
+  const Eigen::VectorXd& lower() const { return lower_; }                      ///< rad (slides: m)
+  const Eigen::VectorXd& upper() const { return upper_; }                      ///< rad (slides: m)
+  const Eigen::VectorXd& home() const { return home_; }                        ///< rad (slides: m)
   const Eigen::VectorXd& control_weights() const { return control_weights_; }  ///< the diagonal of W
 
   const std::vector<Body>& bodies() const { return bodies_; }
@@ -214,7 +226,9 @@ class Robot {
   friend class ModelReader;
   RobotFile file_;
   std::filesystem::path mjcf_path_;
+  std::string mjcf_;
   std::vector<std::string> joint_names_;
+  std::vector<char> slides_;  // by listed joint
   Eigen::VectorXd lower_, upper_, home_, control_weights_;
   std::vector<Body> bodies_;
   std::vector<Pose> X_PB_;                // by body: in its parent, joints at their reference

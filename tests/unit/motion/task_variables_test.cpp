@@ -70,30 +70,6 @@ bool held_overlaps(const Eigen::VectorXd& q) {
   });
 }
 
-struct Compared {
-  int columns = 0, kinks = 0, nonzero = 0;
-};
-
-/// Columns of J against central differences of f about x.
-template <class F>
-void compare(const std::string& label, const Eigen::VectorXd& x, const Jacobian& J, F&& f, Compared& counts) {
-  constexpr double kDifference = 1e-6;
-  const Eigen::VectorXd phi = f(x);
-  for (int j = 0; j < x.size(); ++j) {
-    const Eigen::VectorXd step = kDifference * Eigen::VectorXd::Unit(x.size(), j);
-    const Eigen::VectorXd ahead = f(x + step), behind = f(x - step);
-    // Hinges have kinks where one-sided slopes differ; the Jacobian is that of one side there.
-    if ((ahead - 2 * phi + behind).cwiseAbs().maxCoeff() > 1e-8) {
-      ++counts.kinks;
-      continue;
-    }
-    ++counts.columns;
-    counts.nonzero += J.col(j).norm() > 1e-6;
-    ASSERT_LT((J.col(j) - (ahead - behind) / (2 * kDifference)).norm(), 2e-4 * (1 + J.col(j).norm()))
-        << label << " joint " << j;
-  }
-}
-
 TEST(TaskVariables, JacobiansAgreeWithCentralDifferences) {
   const int n = schunk().joints();
   for (const auto& [label, variable] : cases()) {

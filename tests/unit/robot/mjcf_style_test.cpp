@@ -1,0 +1,307 @@
+// MJCF as Menagerie-style models write it: what is read from it, what of it is refused and in which words.
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "core/random.h"
+#include "robot/mjcf.h"
+#include "robot/mjcf_features.h"
+#include "robot_text.h"
+
+namespace primo::robot {
+namespace {
+
+/// A model in three files, with what such models have: nested classes, degrees, a mesh folder, meshes to be seen beside
+/// shapes to be felt, actuators of several kinds, a coupling tendon, excludes, a keyframe, sites as frames.
+void write_model(const RobotFolder& folder, const std::string& coupling) {
+  folder.put("defaults.xml", R"(<mujocoinclude><default>
+    <default class="machine">
+      <joint armature="0.1" damping="1"/>
+      <default class="elbowlike"><joint axis="0 1 0" range="-120 120" limited="true"/></default>
+      <default class="jaw"><joint type="slide" axis="0 1 0" limited="true" range="0 0.04" armature="0.1"/></default>
+      <default class="seen"><geom type="mesh" group="2" contype="0" conaffinity="0" mass="0"/></default>
+      <default class="felt"><geom group="3" type="capsule" size="0.04"/></default>
+    </default></default></mujocoinclude>)");
+  folder.put("hand.xml", R"(<mujocoinclude>
+    <body name="hand" pos="0 0 0.1" euler="0 0 -45" childclass="machine">
+      <geom class="felt" type="box" size="0.03 0.1 0.03" pos="0 0 0.03"/>
+      <site name="centre" pos="0 0 0.1" euler="0 0 90"/>
+      <body name="one" pos="0 0 0.06"><joint name="one" class="jaw"/>
+        <geom class="felt" type="box" size="0.01 0.01 0.025" pos="0 0.01 0.02"/></body>
+      <body name="two" pos="0 0 0.06" euler="0 0 180"><joint name="two" class="jaw"/>
+        <geom class="felt" type="box" size="0.01 0.01 0.025" pos="0 0.01 0.02"/></body>
+    </body></mujocoinclude>)");
+  folder.put("meshes/wedge.obj", "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  folder.put("robot.xml", R"(<mujoco model="style">
+    <compiler angle="degree" meshdir="meshes"/>
+    <option integrator="RK4" timestep="0.01" gravity="0 0 0"/>
+    <size nkey="2"/>
+    <include file="defaults.xml"/>
+    <asset><mesh name="wedge" file="wedge.obj"/></asset>
+    <worldbody><body name="foot" pos="0.1 0 0.5" childclass="machine">
+      <geom class="seen" mesh="wedge"/><geom class="felt" fromto="0 0 0 0 0 0.2"/>
+      <body name="l1" pos="0 0 0.25"><joint name="q1" axis="0 0 1" limited="true" range="-170 170"/>
+        <geom class="felt" fromto="0 0 0 0 0 0.3"/><geom class="seen" mesh="wedge"/>
+        <body name="l2" pos="0 0 0.3" euler="10 0 0"><joint name="q2" class="elbowlike" ref="20"/>
+          <geom class="felt" fromto="0 0 0 0 0 0.3"/>
+          <body name="l3" pos="0 0 0.3"><joint name="q3" class="elbowlike" pos="0.01 0 0"/>
+            <geom class="felt" fromto="0 0 0 0 0 0.1"/>
+            <include file="hand.xml"/>
+          </body></body></body></body></worldbody>
+    <contact><exclude body1="hand" body2="one"/></contact>
+    <tendon><fixed name="split"><joint joint="one" coef="0.5"/><joint joint="two" coef="0.5"/></fixed>
+      <fixed name="jaw_one"><joint joint="one" coef="1"/></fixed>
+      <fixed name="jaw_two"><joint joint="two" coef="2"/></fixed>
+      <fixed name="difference"><joint joint="one" coef="1"/><joint joint="two" coef="-1"/></fixed></tendon>
+    <equality>)" + coupling + R"(</equality>
+    <actuator><position name="q1" joint="q1" kp="100"/><motor name="q2" joint="q2"/>
+      <general name="jaws" tendon="split" biastype="affine" gainprm="100" biasprm="0 -100 -10"/></actuator>
+    <sensor><jointpos joint="q1"/><actuatorfrc actuator="jaws"/></sensor>
+    <keyframe><key name="home" qpos="0 0.3 0.4 0.04 0.04"/></keyframe></mujoco>)");
+  folder.put("robot.yaml", R"(name: style
+mjcf: robot.xml
+arm: [{joint: q1}, {joint: q2, home: 0.3}, {joint: q3, home: 0.4}]
+hand: [{joint: one, home: 0.04, closing: -20, kp: 1000, kd: 10, max_torque: 40}]
+grasp_frame: {site: centre}
+fingertips:
+  - {name: one, frame: {body: one, position: [0, 0, 0.03], rpy: [1.5707963267948966, 0, 0]}}
+  - {name: two, frame: {body: two, position: [0, 0, 0.03], rpy: [1.5707963267948966, 0, 0]}}
+)");
+}
+
+const char* const kJaws = R"(<joint joint1="two" joint2="one"/>)";
+
+TEST(MjcfStyle, PosesAgreeWithMuJoCosReadingOfTheSameFiles) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  auto loaded = folder.load();
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  const Robot& robot = *loaded;
+  ASSERT_EQ(robot.joints(), 4);
+  EXPECT_NEAR(robot.lower()[0], -170 * M_PI / 180, 1e-12);
+  EXPECT_NEAR(robot.upper()[1], 120 * M_PI / 180, 1e-12);
+  EXPECT_EQ(robot.upper()[3], 0.04);
+  EXPECT_FALSE(robot.slides(2));
+  EXPECT_TRUE(robot.slides(3));
+  EXPECT_NEAR(robot.radian(3), 0.04 / M_PI, 1e-15);
+  EXPECT_EQ(robot.link_shapes().size(), 7U) << "meshes to be seen are no shapes";
+  const ModelPointer model(mj_loadXML(folder.path("robot.xml").c_str(), nullptr, nullptr, 0));
+  ASSERT_TRUE(model);
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model.get()), &mj_deleteData);
+  for (std::uint64_t i = 0; i < 50; ++i) {
+    Random random(1, "style", {i});
+    Eigen::VectorXd q(4);
+    for (int j = 0; j < 4; ++j) q[j] = random.uniform(robot.lower()[j], robot.upper()[j]);
+    std::copy_n(q.data(), 4, data->qpos);
+    data->qpos[4] = q[3];
+    mj_kinematics(model.get(), data.get());
+    const Kinematics at = robot.forward(q);
+    for (const auto& body : robot.bodies()) {
+      const int id = mj_name2id(model.get(), mjOBJ_BODY, body.name.c_str()), own = robot.body(body.name);
+      ASSERT_GE(id, 0) << body.name;
+      EXPECT_LT((at.X_WB[own].translation() - Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * id)).norm(), 1e-12);
+    }
+    const int site = mj_name2id(model.get(), mjOBJ_SITE, "centre");
+    const Pose X_WG = robot.pose(at, robot.grasp_frame());
+    EXPECT_LT((X_WG.translation() - Eigen::Map<Eigen::Vector3d>(data->site_xpos + 3 * site)).norm(), 1e-12);
+    const Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->site_xmat + 9 * site);
+    EXPECT_LT((X_WG.linear() - R).norm(), 1e-12);
+  }
+}
+
+TEST(MjcfStyle, CouplingsByJointsAndByTendonsAreSolvedForTheUnlistedJoint) {
+  struct Case {
+    std::string text;
+    double offset, ratio;  // of joint two, from joint one
+  };
+  for (const auto& [text, offset, ratio] : {
+           Case{kJaws, 0, 1},
+           Case{R"(<joint joint1="one" joint2="two"/>)", 0, 1},
+           Case{R"(<joint joint1="one" joint2="two" polycoef="0.01 2 0 0 0"/>)", -0.005, 0.5},
+           // 2 two = 0.01 + 0.5 one
+           Case{R"(<tendon tendon1="jaw_two" tendon2="jaw_one" polycoef="0.01 0.5 0 0 0"/>)", 0.005, 0.25},
+           // one − two = 0
+           Case{R"(<tendon tendon1="difference" polycoef="0 1 0 0 0"/>)", 0, 1},
+           // The same said twice.
+           Case{std::string(kJaws) + R"(<tendon tendon1="difference"/>)", 0, 1},
+       }) {
+    const RobotFolder folder;
+    write_model(folder, text);
+    auto robot = folder.load();
+    ASSERT_TRUE(robot.ok()) << text << ": " << robot.error().message;
+    const auto& two = robot->chain().back();
+    ASSERT_EQ(two.name, "two");
+    EXPECT_EQ(two.index, 3);
+    EXPECT_NEAR(two.offset, offset, 1e-15) << text;
+    EXPECT_NEAR(two.ratio, ratio, 1e-15) << text;
+  }
+}
+
+TEST(MjcfStyle, CouplingsThatCannotBePlannedWithAreRefusedInWords) {
+  const std::map<std::string, std::string> cases = {
+      {R"(<connect body1="one" body2="two" anchor="0 0 0"/>)", "closes a loop"},
+      {R"(<joint joint1="two" joint2="one" polycoef="0 1 1 0 0"/>)", "polynomial"},
+      {R"(<joint joint1="q2" joint2="q1"/>)", "couples joint 'q2' to 'q1', 'q2'"},
+      {"", "joint 'two' of"},
+      {std::string(kJaws) + R"(<tendon tendon1="split"/>)", "couples joint"},
+  };
+  for (const auto& [text, words] : cases) {
+    const RobotFolder folder;
+    write_model(folder, text);
+    EXPECT_NE(folder.error().find(words), std::string::npos) << text << ": " << folder.error();
+    EXPECT_NE(folder.error().find("robot.xml"), std::string::npos) << folder.error();
+  }
+}
+
+/// A document that has the feature, or the same without it.
+std::string document(const MjcfFeature& feature, bool with) {
+  const std::string name = feature.element;
+  std::string attribute =
+      *feature.attribute ? std::string(" ") + feature.attribute + "=\"" + (*feature.value ? feature.value : "1") + "\""
+                         : "";
+  const std::string element = with ? "<" + name + attribute + "/>" : "";
+  if (!with) attribute.clear();
+  std::string option, size, compiler = "<compiler/>", asset, body, joint, geom = "<geom size=\"1\"/>", actuator,
+                            equality, world, top;
+  if (name == "option") option = "<option" + attribute + "/>";
+  if (name == "size") size = "<size" + attribute + "/>";
+  if (name == "compiler") compiler = "<compiler" + attribute + "/>";
+  if (name == "body") body = attribute;
+  if (name == "joint") joint = attribute;
+  if (name == "geom") geom = "<geom size=\"1\"" + attribute + "/>";
+  if (name == "position" || name == "intvelocity")
+    actuator = "<" + name + (name == "position" ? " joint=\"j\"" : " joint=\"j\" actrange=\"-1 1\"") + attribute + "/>";
+  if (name.empty()) actuator = "<general joint=\"j\"" + attribute + "/>";
+  if (name == "connect" || name == "weld")
+    equality = "<" + name + " body1=\"b\" " + (name == "connect" ? "anchor=\"0 0 0\"" : "") + attribute + "/>";
+  if (name == "mesh") asset = "<mesh name=\"m\" vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\"" + attribute + "/>";
+  if (name == "texture")
+    asset = "<texture builtin=\"flat\" type=\"2d\" name=\"t\" width=\"8\" height=\"8\"" + attribute + "/>";
+  if (name == "layer") asset = "<material name=\"m\">" + element + "</material>";
+  if (name == "model") asset = element;
+  if (name == "frame" || name == "replicate" || name == "attach" || name == "flexcomp") world = element;
+  if (name == "plugin" || name == "extension" || name == "flex") top = element;
+  return "<mujoco>\n" + compiler + option + size + "<asset>" + asset + "</asset><worldbody>" + world +
+         "<body name=\"b\"" + body + "><joint name=\"j\"" + joint + "/>" + geom + "</body></worldbody>\n<actuator>" +
+         actuator + "</actuator><equality>" + equality + "</equality>" + top + "</mujoco>";
+}
+
+TEST(MjcfFeatures, EveryOneIsRefusedByMuJoCoAndNamedWithElementFileAndLine) {
+  ASSERT_GT(unread_features().size(), 20U);
+  for (const auto& feature : unread_features()) {
+    const std::string label = std::string(feature.element) + " " + feature.attribute + " " + feature.value;
+    const RobotFolder folder;
+    folder.put("robot.xml", document(feature, false));
+    ASSERT_TRUE(compile_mjcf(document(feature, false), {}, "plain").ok())
+        << label << ": " << compile_mjcf(document(feature, false), {}, "plain").error().message;
+    EXPECT_TRUE(read_mjcf(folder.path("robot.xml")).ok()) << label;
+    EXPECT_FALSE(compile_mjcf(document(feature, true), {}, "with").ok()) << label << " can be read after all";
+    folder.put("robot.xml", document(feature, true));
+    const auto refused = read_mjcf(folder.path("robot.xml"));
+    ASSERT_FALSE(refused.ok()) << label;
+    const std::string& message = refused.error().message;
+    EXPECT_TRUE(message.find("robot.xml:2: ") != std::string::npos ||
+                message.find("robot.xml:3: ") != std::string::npos)
+        << message;
+    for (const char* word : {feature.element, feature.attribute, feature.value, feature.instead})
+      EXPECT_NE(message.find(word), std::string::npos) << message;
+  }
+}
+
+TEST(MjcfFeatures, OthersThatMuJoCoDoesNotKnowAreRefusedWithTheFilesLine) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  folder.put(
+      "robot.xml",
+      "<mujoco>\n<worldbody>\n<body name=\"b\">\n<geom size=\"1\" glitter=\"7\"/>\n</body>\n</worldbody>\n</mujoco>");
+  const std::string error = folder.error();
+  EXPECT_NE(error.find("glitter"), std::string::npos) << error;
+  EXPECT_NE(error.find("line 4"), std::string::npos) << error;
+  EXPECT_NE(error.find("robot.xml"), std::string::npos) << error;
+}
+
+TEST(MjcfFeatures, WhatWouldReachBeyondTheRobotIsRefused) {
+  const RobotFolder folder;
+  folder.put("robot.xml", "<mujoco>\n<compiler settotalmass=\"3\"/></mujoco>");
+  EXPECT_NE(read_mjcf(folder.path("robot.xml")).error().message.find("robot.xml:2: settotalmass"), std::string::npos);
+  folder.put("robot.xml", "<mujoco>\n<compiler coordinate=\"global\"/></mujoco>");
+  EXPECT_NE(read_mjcf(folder.path("robot.xml")).error().message.find("coordinate"), std::string::npos);
+}
+
+TEST(MjcfFeatures, AFeatureInAnIncludedFileIsNamedWithThatFile) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  folder.put("hand.xml", "<mujocoinclude>\n\n<body name=\"hand\" gravcomp=\"1\"/></mujocoinclude>");
+  const std::string error = folder.error();
+  EXPECT_NE(error.find("hand.xml:3: attribute gravcomp=\"1\" of element <body>"), std::string::npos) << error;
+}
+
+TEST(MjcfIncludes, MissingRepeatedAndCircularOnesAreErrors) {
+  const RobotFolder folder;
+  const auto error = [&](const std::string& text) {
+    folder.put("robot.xml", text);
+    const auto read = read_mjcf(folder.path("robot.xml"));
+    return read.ok() ? "no error" : read.error().message;
+  };
+  folder.put("part.xml", "<mujocoinclude><default/></mujocoinclude>");
+  folder.put("loop.xml", "<mujocoinclude><include file=\"robot.xml\"/></mujocoinclude>");
+  EXPECT_EQ(error("<mujoco><include file=\"part.xml\"/></mujoco>"), "no error");
+  EXPECT_NE(error("<mujoco><include file=\"nowhere.xml\"/></mujoco>").find("nowhere.xml"), std::string::npos);
+  EXPECT_NE(error("<mujoco><include file=\"part.xml\"/><include file=\"part.xml\"/></mujoco>").find("twice"),
+            std::string::npos);
+  EXPECT_NE(error("<mujoco><include file=\"loop.xml\"/></mujoco>").find("twice"), std::string::npos);
+  EXPECT_NE(error("<mujoco><include/></mujoco>").find("names no file"), std::string::npos);
+  EXPECT_NE(error("<robot name=\"urdf\"/>").find("not MJCF"), std::string::npos);
+  EXPECT_NE(error("<mujoco><worldbody></mujoco>").find("not valid XML"), std::string::npos);
+  EXPECT_NE(error("").find("not"), std::string::npos);
+}
+
+TEST(RobotFile, AJointWithoutLimitsIsNamedWithTheRemedy) {
+  const auto error = [](const std::string& from, const std::string& to) {
+    const RobotFolder folder;
+    write_robot(folder, {});
+    std::string text = read_file(folder.path("robot.xml")).value();
+    text.replace(text.find(from), from.size(), to);
+    folder.put("robot.xml", text);
+    return folder.error();
+  };
+  // A range alone is an error of MuJoCo's, which says what would be right.
+  const std::string relied_on = error(" autolimits=\"true\"", "");
+  EXPECT_NE(relied_on.find("autolimits=\"true\""), std::string::npos) << relied_on;
+  EXPECT_NE(relied_on.find("j0"), std::string::npos) << relied_on;
+  for (const char* range : {"", " limited=\"false\" range=\"-1.5 1.5\""}) {
+    const std::string unlimited = error(" range=\"-1.5 1.5\"", range);
+    EXPECT_NE(unlimited.find("arm[0]: joint 'j0' has no limits"), std::string::npos) << unlimited;
+    EXPECT_NE(unlimited.find("limited=\"true\""), std::string::npos) << unlimited;
+  }
+}
+
+TEST(RobotFile, WhatCannotBeAHandIsRefusedInWords) {
+  const auto refused = [](const GeneratedRobot& about, const std::string& from, const std::string& to) {
+    const RobotFolder folder;
+    write_robot(folder, about);
+    std::string text = read_file(folder.path("robot.yaml")).value();
+    if (const auto at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
+    folder.put("robot.yaml", text);
+    return folder.error();
+  };
+  EXPECT_EQ(refused({}, "", ""), "no error");
+  EXPECT_NE(refused({.fingers = 1}, "", "").find("fingertips: 1"), std::string::npos);
+  EXPECT_NE(refused({.fingers = 6}, "", "").find("fingertips: 6"), std::string::npos);
+  EXPECT_NE(refused({}, "body: finger0, position", "body: b3, position").find("fingertip 'tip0'"), std::string::npos);
+  EXPECT_NE(refused({}, "{body: palm,", "{body: b0,").find("grasp_frame"), std::string::npos);
+  EXPECT_NE(refused({}, "{body: palm,", "{").find("either a body or a site"), std::string::npos);
+  EXPECT_NE(refused({}, "{body: palm,", "{site: palm,").find("no site 'palm'"), std::string::npos);
+  EXPECT_NE(refused({}, "kp: 20,", "kp: 0,").find("closes, so it needs kp"), std::string::npos);
+  EXPECT_NE(refused({}, "max_torque: 2}", "max_torque: 0.5}").find("max_torque"), std::string::npos);
+  EXPECT_NE(refused({.arm = 2}, "joint: j0, control_weight: 0.2, home: 0.2", "joint: f0, home: 0").find("f0"),
+            std::string::npos);
+  // Swapped arm joints.
+  EXPECT_NE(refused({.arm = 2}, "joint: j0", "joint: j1").find("j1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace primo::robot
