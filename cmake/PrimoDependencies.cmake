@@ -8,14 +8,7 @@ find_package(CLI11 REQUIRED)
 find_package(mujoco REQUIRED)
 # Debian's package exports the include folder of a development package that it does not depend on.
 set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "")
-# Debian's MuJoCo names headers of packages that only building MuJoCo itself needs.
-get_target_property(mujoco_includes mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
-foreach(folder ${mujoco_includes})
-  if(IS_ABSOLUTE "${folder}" AND NOT EXISTS "${folder}")
-    list(REMOVE_ITEM mujoco_includes "${folder}")
-  endif()
-endforeach()
-set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${mujoco_includes}")
+find_package(tinyxml2 REQUIRED)
 find_package(octomap REQUIRED)
 find_package(SQLite3 REQUIRED)
 # Debian's Ipopt has neither a CMake package nor, without pkg-config, another way to be found.
