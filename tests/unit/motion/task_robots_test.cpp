@@ -8,6 +8,7 @@
 
 #include "../robot/robot_text.h"
 #include "motion/planner.h"
+#include "robot/distance.h"
 #include "task_fixture.h"
 
 namespace primo::motion {
@@ -50,6 +51,21 @@ class TaskVariablesOf : public testing::TestWithParam<const char*> {
     return q;
   }
 
+  /// Whether a box or cylinder of the robot is inside something: then the gradient is the direction of least overlap,
+  /// which itself turns with the shapes (robot/distance.h).
+  bool overlaps(const Eigen::VectorXd& q) const {
+    const auto at = robot().forward(q);
+    std::vector<SceneBody> bodies = scene().obstacles;
+    bodies.push_back(scene().target);
+    for (const auto& link : robot().link_shapes()) {
+      if (!link.moves || link.shape.type == ShapeType::capsule || link.shape.type == ShapeType::sphere) continue;
+      for (const auto& body : bodies) {
+        if (robot::distance(link.shape, robot().pose(at, link), body.shape, body.X_WB).distance < 1e-5) return true;
+      }
+    }
+    return false;
+  }
+
   Eigen::VectorXd value(const TaskVariable& variable, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
                         double phase) const {
     const auto kinematics = robot().forward(q);
@@ -69,8 +85,12 @@ TEST_P(TaskVariablesOf, HaveJacobiansThatAgreeWithCentralDifferences) {
     const TaskVariable& variable = **made;
     ASSERT_GT(variable.size(), 0) << entry.name;
     Compared counts;
+    int compared = 0;
     for (std::uint64_t i = 0; i < 40; ++i) {
       const Eigen::VectorXd q = configuration(i);
+      const bool of_shapes = entry.name == "collision" || entry.name == "finger_distance";
+      if (of_shapes && overlaps(q)) continue;
+      ++compared;
       Random random(6, "task_robots v", {i});
       Eigen::VectorXd v(n);
       for (int j = 0; j < n; ++j) v[j] = random.uniform(-2, 2);
@@ -87,7 +107,10 @@ TEST_P(TaskVariablesOf, HaveJacobiansThatAgreeWithCentralDifferences) {
           entry.name, v, J_v, [&](const Eigen::VectorXd& at) { return value(variable, q, at, phase); }, counts);
     }
     EXPECT_LT(counts.kinks, counts.columns / 20) << entry.name;
-    EXPECT_GT(counts.nonzero, counts.columns / 100) << entry.name;
+    EXPECT_GE(compared, 10) << entry.name;
+    // Sliding fingers do not turn against each other.
+    const bool turning = entry.name != "opposition" || !robot().slides(n - 1);
+    EXPECT_EQ(counts.nonzero > counts.columns / 100, turning) << entry.name;
   }
 }
 
