@@ -1,8 +1,9 @@
-// The whole motion in full physics: the arm tracks it with torques among all objects, then the hand closes, lifts and
-// holds.
+// The whole motion in full physics: the arm tracks it with torques among all objects; what comes after depends on the
+// action: a grasp closes, lifts and holds.
 #pragma once
 
 #include "physics/grasp_trial.h"
+#include "physics/simulation.h"
 #include "physics/verdict.h"
 #include "robot/robot.h"
 #include "symbols/snapshot.h"
@@ -21,5 +22,13 @@ struct Execution {
 /// @pre the request is valid (see Judge). Error: the scene cannot be assembled.
 Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request, const std::string& target,
                           double position_error);
+
+/// How an execution ended.
+Execution finish(const Simulation& simulation, Execution execution, Outcome outcome, const std::string& reason,
+                 double score);
+
+/// After the motion of a grasp: closes, lifts the grasp frame by 0.1 m, holds.
+Execution close_and_lift(const robot::Robot& robot, Simulation& simulation, Execution execution,
+                         const JudgeRequest& request, const std::string& target, double position_error);
 
 }  // namespace primo::physics
