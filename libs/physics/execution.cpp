@@ -30,16 +30,26 @@ Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request
   Simulation simulation(robot, request, std::move(model), target);
   Execution execution;
   execution.world = snapshot(request.scenario);
+  const bool place = request.scenario.held.has_value();
+  if (place) {
+    if (!grip_held(simulation, request)) {
+      return finish(simulation, std::move(execution), Outcome::unstable, "the simulation diverged while gripping", 0);
+    }
+    simulation.update();
+    execution.trial.X_PO = simulation.X_PO();
+  }
+  const auto fingers = place ? Simulation::Fingers::hold : Simulation::Fingers::follow;
   const double duration = request.dt * static_cast<double>(request.q.rows() - 1);
   const int moving = simulation.steps_in(duration), settling = simulation.steps_in(kSettleSeconds);
   for (int k = 0; k < moving + settling; ++k) {
     const double time = k * simulation.timestep();
     const Reference reference = reference_at(request.q, request.dt, time);
-    if (!simulation.step(reference, Simulation::Fingers::follow, true)) {
+    if (!simulation.step(reference, fingers, true)) {
       return finish(simulation, std::move(execution), Outcome::unstable, "the simulation diverged while moving", 0);
     }
     execution.tracking_error = std::max(execution.tracking_error, simulation.tracking_error(reference));
   }
+  if (place) return open_and_retreat(robot, simulation, std::move(execution), request);
   return close_and_lift(robot, simulation, std::move(execution), request, target, position_error);
 }
 

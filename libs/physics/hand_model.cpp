@@ -147,23 +147,28 @@ Result<Model> robot_model(const robot::Robot& robot) {
       path.parent_path(), "robot " + path.string());
 }
 
-Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
-                         double timestep) {
+Result<HandMjcf> hand_mjcf(const robot::Robot& robot, const mjModel* model) {
   const std::string& last = robot.file().arm.back().joint;
   const int joint = mj_name2id(model, mjOBJ_JOINT, last.c_str());
   if (joint < 0) return Error{Code::config, robot.mjcf_path().string() + ": no joint '" + last + "'"};
   SubtreeWriter writer(model, model->jnt_bodyid[joint]);
   auto bodies = writer.bodies();
   if (!bodies.ok()) return bodies.error().at(robot.mjcf_path().string());
+  return HandMjcf{std::move(bodies).value(), writer.equalities()};
+}
+
+Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
+                         double timestep) {
+  PRIMO_ASSIGN(const HandMjcf parts, hand_mjcf(robot, model));
   const std::string name = kHandObject;
   std::string mjcf =
       "<mujoco model=\"hand\">\n  <compiler angle=\"radian\" autolimits=\"true\" boundmass=\"1e-6\" "
       "boundinertia=\"1e-10\"/>\n" +
       solver_mjcf(timestep) + "  <size njmax=\"300\" nconmax=\"60\" nstack=\"100000\"/>\n  <worldbody>\n" +
-      bodies.value() + "    <body name=\"" + name + "\">\n      <joint name=\"" + name +
+      parts.bodies + "    <body name=\"" + name + "\">\n      <joint name=\"" + name +
       "\" type=\"free\"/>\n      <geom name=\"" + name + "\"" + shape_attributes(object) + " mass=\"" +
       numbers(&mass, 1) + "\" group=\"1\"" + contact_attributes() + "/>\n    </body>\n  </worldbody>\n  <equality>\n" +
-      writer.equalities() + "  </equality>\n</mujoco>\n";
+      parts.equalities + "  </equality>\n</mujoco>\n";
   auto hand = compile(mjcf, {}, "hand of " + robot.mjcf_path().string());
   if (hand.ok()) std::fill_n(hand.value()->opt.gravity, 3, 0.0);
   return hand;

@@ -93,7 +93,7 @@ Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, M
 bool Simulation::step(const Reference& reference, Fingers fingers, bool gains) {
   mj_step1(m_, d_);
   joints_.get(d_, q_, velocity_);
-  drive_arm(reference, gains);
+  drive_arm(reference, fingers, gains);
   const Eigen::VectorXd planned = reference.q.tail(robot_.hand_joints());
   if (fingers == Fingers::close) {
     joints_.close(robot_, d_, planned);
@@ -111,6 +111,18 @@ void Simulation::freeze_fingers(const Eigen::VectorXd& planned) {
   targets_ = joints_.frozen_targets(robot_, d_, planned.tail(robot_.hand_joints()));
 }
 
+void Simulation::pin(bool pinned) {
+  constexpr double kPinnedInertia = 1e5;
+  const int dof = m_->body_dofadr[object_body_];
+  std::fill_n(m_->dof_armature + dof, 6, pinned ? kPinnedInertia : 0.0);
+  std::fill_n(d_->qvel + dof, 6, 0.0);
+}
+
+bool Simulation::still() const {
+  constexpr double kStill = 2e-3;
+  return std::all_of(d_->qvel, d_->qvel + m_->nv, [](double speed) { return std::abs(speed) < kStill; });
+}
+
 double Simulation::tracking_error(const Reference& r) const {
   const int arm = robot_.arm_joints();
   return (q_.head(arm) - r.q.head(arm)).cwiseAbs().maxCoeff();
@@ -118,6 +130,7 @@ double Simulation::tracking_error(const Reference& r) const {
 
 symbols::WorldSnapshot Simulation::world() const {
   symbols::WorldSnapshot world = snapshot(request_.scenario);
+  world.in_hand.clear();
   for (auto& body : world.bodies) {
     const int id = model_.body(body.name);
     if (body.kind != symbols::BodyKind::table && id > 0) body.X_WB = body_pose(d_, id);
@@ -125,13 +138,18 @@ symbols::WorldSnapshot Simulation::world() const {
   return world;
 }
 
-void Simulation::drive_arm(const Reference& r, bool gains) {
+void Simulation::drive_arm(const Reference& r, Fingers fingers, bool gains) {
   const int arm = robot_.arm_joints();
   Eigen::VectorXd wanted = Eigen::VectorXd::Zero(m_->nv), torque = wanted;
   Eigen::VectorXd acceleration = r.acceleration;
   if (gains && !request_.K.empty()) {
     Eigen::VectorXd delta(2 * q_.size());
     delta << q_ - r.q, velocity_ - r.velocity;
+    if (fingers == Fingers::hold) {
+      // Fingers that hold something are where it lets them: no error of the motion.
+      delta.segment(arm, robot_.hand_joints()).setZero();
+      delta.tail(robot_.hand_joints()).setZero();
+    }
     acceleration +=
         request_.K[static_cast<std::size_t>(std::min<int>(r.step, static_cast<int>(request_.K.size()) - 1))] * delta;
   }

@@ -41,7 +41,21 @@ class Simulation {
   /// Fingers::hold presses from now on with the closing torque where the fingers are.
   void freeze_fingers(const Eigen::VectorXd& planned);
 
+  /// Fingers::hold moves towards these from now on, rad.
+  void set_finger_targets(const Eigen::VectorXd& targets) { targets_ = targets; }
+  const Eigen::VectorXd& finger_targets() const { return targets_; }
+
+  /// Makes the object as heavy as a building, so that it stays where it is while the fingers close on it; or as it was.
+  void pin(bool pinned);
+  /// Whether nothing moves but by less than 2 mm/s or mrad/s.
+  bool still() const;
+  /// Several contacts between two convex bodies: what stacked cylinders need to come to rest.
+  void use_multiccd() { m_->opt.enableflags |= mjENBL_MULTICCD; }
+
   void update() { mj_forward(m_, d_); }
+  const Model& model() const { return model_; }
+  const mjData* data() const { return d_; }
+  const JointMap& joints() const { return joints_; }
   Pose X_PO() const { return body_pose(d_, palm_).inverse(Eigen::Isometry) * body_pose(d_, object_body_); }
   double object_height() const { return d_->xpos[3 * object_body_ + 2]; }
   Grip grip() const { return joints_.grip(m_, d_, object_geom_); }
@@ -49,11 +63,11 @@ class Simulation {
   const Eigen::VectorXd& q() const { return q_; }
   int steps() const { return steps_; }
 
-  /// The scenario's bodies where they are now, nothing in the hand.
+  /// The scenario's bodies where they are now, nothing in the hand. @pre positions are up to date (update())
   symbols::WorldSnapshot world() const;
 
  private:
-  void drive_arm(const Reference& r, bool gains);
+  void drive_arm(const Reference& r, Fingers fingers, bool gains);
 
   const robot::Robot& robot_;
   const JudgeRequest& request_;

@@ -135,7 +135,7 @@ TEST(Scenario, the_action_must_name_objects_of_the_scene) {
   EXPECT_TRUE(says(refusal(scenario), "must have one"));
   scenario.action = {};
   EXPECT_TRUE(says(refusal(scenario), "'action' is empty"));
-  scenario.action = {"place", "c1", "table"};
+  scenario.action = {"stack", "c1", "table"};
   EXPECT_TRUE(scenario.validate().ok());
 }
 
