@@ -147,6 +147,14 @@ Result<Model> robot_model(const robot::Robot& robot) {
       path.parent_path(), "robot " + path.string());
 }
 
+Pose palm_pose(const robot::Robot& robot, const Eigen::VectorXd& q) {
+  const robot::Kinematics kinematics = robot.forward(q);
+  for (const auto& joint : robot.chain()) {
+    if (joint.name == robot.file().arm.back().joint) return kinematics.X_WB[static_cast<std::size_t>(joint.body)];
+  }
+  return Pose::Identity();
+}
+
 Result<HandMjcf> hand_mjcf(const robot::Robot& robot, const mjModel* model) {
   const std::string& last = robot.file().arm.back().joint;
   const int joint = mj_name2id(model, mjOBJ_JOINT, last.c_str());

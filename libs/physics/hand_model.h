@@ -19,6 +19,9 @@ inline constexpr const char* kHandObject = "primo:object";
 /// The robot alone, compiled as its file has it.
 Result<Model> robot_model(const robot::Robot& robot);
 
+/// X_WP at q: of the body that the last arm joint moves.
+Pose palm_pose(const robot::Robot& robot, const Eigen::VectorXd& q);
+
 /// The part of `model` that the robot's last arm joint carries, as MJCF. Error: a geom or joint of it that is not a
 /// primitive shape, hinge or slide.
 struct HandMjcf {

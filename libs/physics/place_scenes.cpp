@@ -8,9 +8,10 @@
 
 #include "core/random.h"
 #include "physics/criteria.h"
+#include "physics/execution.h"
 #include "physics/joint_map.h"
-#include "robot/distance.h"
 #include "scene/geometry.h"
+#include "scene/held.h"
 #include "scene/reach.h"
 
 namespace primo::physics {
@@ -20,7 +21,6 @@ constexpr int kSceneTries = 40;  // whole scenes
 constexpr int kGraspTries = 12;  // hand poses at one scene
 constexpr int kArmTries = 6;     // joint angles of one hand pose
 constexpr double kMostClosing = 1.5;
-constexpr double kTouch = 1e-3;  // m, what the closed fingers may overlap the object by
 
 /// The grasp frame of a nominal grasp of an upright object: approach z at this heading from x and pitch below the
 /// level, opposition x level, on either side.
@@ -59,6 +59,43 @@ bool good_start(const robot::Robot& robot, const PlaceSceneSettings& settings, c
   return query.at(q) >= settings.min_gap;
 }
 
+Eigen::Vector3d rpy_of(const Pose& X) { return X.linear().eulerAngles(2, 1, 0).reverse(); }
+
+/// Writes X_GO and the pose that it gives c1 at robot_start. False when c1 leans.
+bool hold_at(const robot::Robot& robot, const Pose& X_GO, scene::Scenario& scenario) {
+  constexpr double kUpright = 0.05;  // rad
+  scenario.held->position = X_GO.translation();
+  scenario.held->rpy = rpy_of(X_GO);
+  const Pose X_WO = scene::held_pose(scenario, robot);
+  scenario.objects.front().position = X_WO.translation();
+  scenario.objects.front().rpy = rpy_of(X_WO);
+  return X_WO.linear()(2, 2) > std::cos(kUpright);
+}
+
+/// Takes fingers and X_GO from where the object is once the fingers press on it: closing fingers shift what they hold.
+/// False when it does not stay.
+bool settle(const robot::Robot& robot, scene::Scenario& scenario) {
+  constexpr double kSettleSeconds = 0.2;
+  JudgeRequest request;
+  request.scenario = scenario;
+  request.q.resize(1, robot.joints());
+  for (int i = 0; i < robot.joints(); ++i) request.q(0, i) = scenario.robot_start[static_cast<std::size_t>(i)];
+  auto model = assemble(&robot, scenario, {.timestep = request.settings.timestep, .extra = {}});
+  if (!model.ok()) return false;
+  Simulation simulation(robot, request, std::move(model).value(), "c1");
+  if (!grip_held(simulation, request)) return false;
+  const Eigen::VectorXd q0 = request.q.row(0).transpose();
+  for (int k = simulation.steps_in(kSettleSeconds); k > 0; --k) {
+    if (!simulation.step(at_rest(q0), Simulation::Fingers::hold, false)) return false;
+  }
+  simulation.update();
+  const Eigen::VectorXd q = simulation.q();
+  const Pose X_PG = palm_pose(robot, q).inverse(Eigen::Isometry) * robot.pose(robot.forward(q), robot.grasp_frame());
+  const Pose X_GO = X_PG.inverse(Eigen::Isometry) * simulation.X_PO();
+  for (int i = robot.arm_joints(); i < robot.joints(); ++i) scenario.robot_start[static_cast<std::size_t>(i)] = q[i];
+  return hold_at(robot, X_GO, scenario);
+}
+
 /// Puts the robot's hand around c1 at X_WG; false when no start was found.
 bool hold(const robot::Robot& robot, const PlaceSceneSettings& settings, const Pose& X_WG, Random& random,
           scene::Scenario& scenario) {
@@ -70,10 +107,14 @@ bool hold(const robot::Robot& robot, const PlaceSceneSettings& settings, const P
     if (!reached) continue;
     const Eigen::VectorXd closed = close_onto(robot, *reached, object.shape(), object.X_WO(), kMostClosing);
     scenario.robot_start.assign(closed.begin(), closed.end());
-    const Pose X_GO = robot.pose(robot.forward(closed), robot.grasp_frame()).inverse(Eigen::Isometry) * object.X_WO();
-    scenario.held->position = X_GO.translation();
-    scenario.held->rpy = X_GO.linear().eulerAngles(2, 1, 0).reverse();
-    if (good_start(robot, settings, scenario)) return true;
+    const Pose X_WO = object.X_WO();
+    const Pose X_GO = robot.pose(robot.forward(closed), robot.grasp_frame()).inverse(Eigen::Isometry) * X_WO;
+    if (hold_at(robot, X_GO, scenario) && good_start(robot, settings, scenario) && settle(robot, scenario) &&
+        good_start(robot, settings, scenario)) {
+      return true;
+    }
+    object.position = X_WO.translation();
+    object.rpy.setZero();
   }
   return false;
 }

@@ -25,9 +25,9 @@ struct PlaceSceneSettings {
 };
 
 /// A scene of [place, c1, c2] with c1 in the hand, the support c2 and obstacles. The grasp: grasp centre at c1's
-/// centre, the opposition level, so across its axis, the approach level or from above, fingers closed onto it; of the
-/// joint angles that reach it, the first drawn that keeps the margins. Same arguments, same bytes. Errors (config):
-/// bounds the wrong way round, or no such start in bounded tries.
+/// centre, the opposition level, so across its axis, the approach level or from above, fingers closed onto it and all
+/// as it rests in physics; of the joint angles that reach it, the first drawn that keeps the margins. Same arguments,
+/// same bytes. Errors (config): bounds the wrong way round, or no such start in bounded tries.
 Result<scene::Scenario> random_place_scenario(const robot::Robot& robot, const PlaceSceneSettings& settings,
                                               std::uint64_t seed, std::uint64_t index);
 

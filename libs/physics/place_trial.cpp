@@ -16,15 +16,6 @@ constexpr double kStillSeconds = 0.05;  // at rest for so long: nothing will cha
 constexpr double kPinnedInertia = 1e5;  // as a building: see grasp_trial.cpp
 constexpr double kDepthTolerance = 1e-4;
 
-/// Where the last arm joint's body is at q.
-Pose palm_pose(const robot::Robot& robot, const Eigen::VectorXd& q) {
-  const robot::Kinematics kinematics = robot.forward(q);
-  for (const auto& joint : robot.chain()) {
-    if (joint.name == robot.file().arm.back().joint) return kinematics.X_WB[static_cast<std::size_t>(joint.body)];
-  }
-  return Pose::Identity();
-}
-
 /// One trial's simulation.
 class Trial {
  public:
