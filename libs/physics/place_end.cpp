@@ -133,12 +133,12 @@ PlaceDecision decide_place(const PlaceEnd& end, const JudgeSettings& settings) {
     decision.outcome = Outcome::placed;
     decision.reason =
         "the object stands on its support, " + text("%.1f mm", 1e3 * end.found.offset) + " off its centre";
-  } else if (end.support_tilt > settings.place_tilt) {
-    decision.outcome = Outcome::support_fell;
-    decision.reason = "the support fell over";
   } else if (end.touches_hand) {
     decision.outcome = Outcome::not_released;
     decision.reason = "the opened and withdrawn hand still touches the object";
+  } else if (end.support_tilt > settings.place_tilt) {
+    decision.outcome = Outcome::support_fell;
+    decision.reason = "the support fell over";
   } else {
     decision.reason = "the object is not on its support:";
     for (std::size_t i = 0; i + 2 < criteria.size(); ++i) {

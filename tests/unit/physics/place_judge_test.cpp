@@ -1,12 +1,17 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
-#include <fstream>
 #include <limits>
 #include <numbers>
 
 #include "grasp_fixture.h"
+#include "physics/criteria.h"
+#include "physics/depth_camera.h"
 #include "physics/place_end.h"
 #include "place_fixture.h"
+#include "robot/distance.h"
+#include "scene/perception.h"
+#include "scene/reach.h"
 
 namespace primo::physics {
 namespace {
@@ -156,6 +161,7 @@ TEST(PlaceJudge, a_hand_that_cannot_open_takes_the_object_along) {
     ASSERT_TRUE(v.ok()) << v.error().message;
     EXPECT_FALSE(v->final_pose_success) << v->reason;
     EXPECT_EQ(v->outcome, Outcome::not_released) << v->reason;
+    EXPECT_FALSE(criterion(*v, "place_off_hand").met);
     EXPECT_FALSE(holds(v->after, "on", {"c1", "c2"}));
   }
 }
@@ -260,6 +266,40 @@ TEST(PlaceJudge, malformed_requests_are_errors_that_name_what_is_wrong) {
                    }),
                    "not in the hand"));
   EXPECT_TRUE(says(with([](auto& r) { r.scenario.robot_start.clear(); }), "robot_start"));
+}
+
+TEST(PlaceScenes, are_reproducible_and_hold_their_object_with_margins) {
+  const auto& robot = world().robot;
+  for (std::uint64_t index = 0; index < 3; ++index) {
+    const auto scenario = random_place_scenario(robot, {}, 21, index);
+    ASSERT_TRUE(scenario.ok()) << scenario.error().message;
+    EXPECT_EQ(config::dump(*scenario), config::dump(*random_place_scenario(robot, {}, 21, index)));
+    EXPECT_TRUE(scenario->validate().ok());
+    EXPECT_TRUE(scene::check_robot(*scenario, robot).ok());
+    EXPECT_EQ(scenario->action, (std::vector<std::string>{"place", "c1", "c2"}));
+    ClearanceQuery query(robot, clearance_pairs(*scenario, "c1"), held_shape(robot, *scenario));
+    EXPECT_GE(query.at(testing::start_of(*scenario)), PlaceSceneSettings{}.min_gap - 1e-9);
+  }
+}
+
+TEST(PlaceScenes, cameras_do_not_see_what_the_hand_holds_and_perception_takes_it_from_the_hand) {
+  const scene::Scenario scenario = good_request().scenario;
+  const auto clouds = render_depth(scenario);
+  ASSERT_TRUE(clouds.ok());
+  const scene::Object& held = *scenario.object("c1");
+  for (const auto& cloud : *clouds) {
+    for (const auto& p_C : cloud.points) {
+      Eigen::Vector3d normal;
+      const Eigen::Vector3d p_O = held.X_WO().inverse(Eigen::Isometry) * (cloud.X_WC * p_C.cast<double>());
+      ASSERT_GT(robot::signed_distance(held.shape(), p_O, normal), 0.002);
+    }
+  }
+  const auto estimate = scene::perceive(scene::perception_request(scenario, *clouds));
+  ASSERT_TRUE(estimate.ok()) << estimate.error().message;
+  ASSERT_EQ(estimate->objects.size(), 2U);
+  EXPECT_EQ(estimate->objects[0].name, "c1");
+  EXPECT_EQ(estimate->objects[0].X_WO.matrix(), held.X_WO().matrix());
+  EXPECT_LT((estimate->objects[1].X_WO.translation() - scenario.object("c2")->position).norm(), 0.005);
 }
 
 TEST(PlaceEnd, stacking_is_what_the_geometry_says) {
