@@ -195,6 +195,10 @@ struct Writer {
   YAML::Emitter& out;
   template <class T>
   void operator()(const char* name, T& value, const Field& = {}) {
+    // What is not there has no key: a file without it says the same.
+    if constexpr (IsOptional<T>::value) {
+      if (!value) return;
+    }
     out << YAML::Key << name << YAML::Value;
     write_value(out, value);
   }

@@ -29,6 +29,7 @@ symbols::WorldSnapshot snapshot(const scene::Scenario& scenario) {
         {object.name, cylinder ? symbols::BodyKind::cylinder : symbols::BodyKind::box, object.X_WO(),
          cylinder ? Eigen::Vector3d(object.radius, object.radius, object.height / 2) : object.half_extents});
   }
+  if (scenario.held) world.in_hand.insert(scenario.held->object);
   return world;
 }
 

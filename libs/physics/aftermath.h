@@ -15,7 +15,7 @@
 
 namespace primo::physics {
 
-/// The scene as the scenario has it, nothing in the hand.
+/// The scene as the scenario has it, with what the hand holds.
 symbols::WorldSnapshot snapshot(const scene::Scenario& scenario);
 
 /// Lays a body on its side where it stands: turned by 90° about a horizontal axis of its own, its lowest point as high

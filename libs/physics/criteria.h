@@ -16,7 +16,7 @@ namespace primo::physics {
 struct Motion {
   const robot::Robot& robot;
   const scene::Scenario& scenario;
-  std::string target;  ///< the object to be grasped
+  std::string target;  ///< the object to be grasped, or the held one to be placed
   const Eigen::MatrixXd& q;
   double dt = 0;
   int iterations = 0;  ///< of the planner
@@ -45,8 +45,13 @@ CriterionEntry joint_speed_criterion();
 CriterionEntry path_length_criterion();
 CriterionEntry iterations_criterion();
 
-/// What must stay apart: robot against table and other objects, arm against target; and hand against target.
+/// What must stay apart: robot against table and other objects, arm against target; and hand against target. When the
+/// target is held: robot against all that it does not hold, held object against all but its support; and held object
+/// against its support.
 std::vector<ClearancePair> clearance_pairs(const scene::Scenario& scenario, const std::string& target);
 std::vector<ClearancePair> target_pairs(const scene::Scenario& scenario, const std::string& target);
+
+/// The row of q from which on a held object may come near its support: what is before must be clear of it.
+Eigen::Index late_row(const Eigen::MatrixXd& q);
 
 }  // namespace primo::physics

@@ -58,7 +58,10 @@ Pose camera_pose(const scene::Camera& camera) {
 Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scenario, double range) {
   if (auto status = scenario.validate(); !status.ok()) return status.error().at("scenario " + scenario.name);
   if (!(range > 0)) return Error{Code::config, "depth camera: the range must be a positive number of metres"};
-  PRIMO_ASSIGN(const Model model, assemble(nullptr, scenario));
+  // Filtered out with the robot: what its hand holds.
+  scene::Scenario seen = scenario;
+  std::erase_if(seen.objects, [&](const scene::Object& object) { return scenario.holds(object.name); });
+  PRIMO_ASSIGN(const Model model, assemble(nullptr, seen));
   Data data(model);
   mj_kinematics(model.get(), data.get());
   const auto cameras = scenario.cameras.empty() ? scene::default_cameras(scenario.table) : scenario.cameras;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "physics/hand_model.h"
 #include "physics/joint_map.h"
@@ -30,7 +31,8 @@ struct TrialResult {
   double displacement = 0;  ///< m, largest since the release, in the hand's frame
   double survival = 0;      ///< fraction of the jiggle
   int steps = 0;
-  Pose X_PO = Pose::Identity();  ///< of the object at the end
+  Pose X_PO = Pose::Identity();     ///< of the object at the end
+  std::vector<Criterion> criteria;  ///< the action's own, beside those of the path
 };
 
 /// q: the final configuration, all joints; X_WP: the hand's frame there; X_WO: the object; position_error: m, grades a

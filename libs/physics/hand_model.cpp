@@ -200,22 +200,35 @@ std::string hand_size_mjcf(const robot::Robot& robot) {
 
 }  // namespace
 
-Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
-                         double timestep) {
+Pose palm_pose(const robot::Robot& robot, const Eigen::VectorXd& q) {
+  const robot::Kinematics kinematics = robot.forward(q);
+  for (const auto& joint : robot.chain()) {
+    if (joint.name == robot.file().arm.back().joint) return kinematics.X_WB[static_cast<std::size_t>(joint.body)];
+  }
+  return Pose::Identity();
+}
+
+Result<HandMjcf> hand_mjcf(const robot::Robot& robot, const mjModel* model) {
   const std::string& last = robot.file().arm.back().joint;
   const int joint = mj_name2id(model, mjOBJ_JOINT, last.c_str());
   if (joint < 0) return Error{Code::config, robot.mjcf_path().string() + ": no joint '" + last + "'"};
   SubtreeWriter writer(model, model->jnt_bodyid[joint]);
   auto bodies = writer.bodies();
   if (!bodies.ok()) return bodies.error().at(robot.mjcf_path().string());
+  return HandMjcf{std::move(bodies).value(), writer.equalities(), writer.tendons()};
+}
+
+Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
+                         double timestep) {
+  PRIMO_ASSIGN(const HandMjcf parts, hand_mjcf(robot, model));
   const std::string name = kHandObject;
   std::string mjcf =
       "<mujoco model=\"hand\">\n  <compiler angle=\"radian\" autolimits=\"true\" boundmass=\"1e-6\" "
       "boundinertia=\"1e-10\"/>\n" +
-      solver_mjcf(timestep) + hand_size_mjcf(robot) + "  <worldbody>\n" + bodies.value() + "    <body name=\"" + name +
+      solver_mjcf(timestep) + hand_size_mjcf(robot) + "  <worldbody>\n" + parts.bodies + "    <body name=\"" + name +
       "\">\n      <joint name=\"" + name + "\" type=\"free\"/>\n      <geom name=\"" + name + "\"" +
       shape_attributes(object) + " mass=\"" + numbers(&mass, 1) + "\" group=\"1\"" + contact_attributes() +
-      "/>\n    </body>\n  </worldbody>\n  <equality>\n" + writer.equalities() + "  </equality>\n" + writer.tendons() +
+      "/>\n    </body>\n  </worldbody>\n  <equality>\n" + parts.equalities + "  </equality>\n" + parts.tendons +
       "</mujoco>\n";
   auto hand = compile(mjcf, {}, "hand of " + robot.mjcf_path().string());
   if (hand.ok()) std::fill_n(hand.value()->opt.gravity, 3, 0.0);

@@ -19,8 +19,18 @@ inline constexpr const char* kHandObject = "primo:object";
 /// The robot alone, compiled as its file has it.
 Result<Model> robot_model(const robot::Robot& robot);
 
-/// MJCF of the part of `model` that the robot's last arm joint carries, with an object of this shape and mass (kg). No
-/// gravity, no actuators. Error: a geom or joint of the hand that is not a primitive shape, hinge or slide.
+/// X_WP at q: of the body that the last arm joint moves.
+Pose palm_pose(const robot::Robot& robot, const Eigen::VectorXd& q);
+
+/// The part of `model` that the robot's last arm joint carries, as MJCF. Error: a geom or joint of it that is not a
+/// primitive shape, hinge or slide.
+struct HandMjcf {
+  std::string bodies, equalities, tendons;  ///< tendons: a section of its own, or nothing
+};
+Result<HandMjcf> hand_mjcf(const robot::Robot& robot, const mjModel* model);
+
+/// The model of the part of `model` that the robot's last arm joint carries, with an object of this shape and mass
+/// (kg). No gravity, no actuators. Errors: as hand_mjcf().
 Result<Model> hand_model(const robot::Robot& robot, const mjModel* model, const Shape& object, double mass,
                          double timestep);
 

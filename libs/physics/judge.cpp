@@ -11,7 +11,9 @@
 #include "physics/aftermath.h"
 #include "physics/criteria.h"
 #include "physics/execution.h"
+#include "physics/place_trial.h"
 #include "robot/distance.h"
+#include "scene/held.h"
 #include "symbols/predicates.h"
 
 namespace primo::physics {
@@ -30,6 +32,7 @@ Status check_settings(const JudgeSettings& settings) {
   // The bounds are those of the settings' own table of fields.
   struct Check {
     std::string broken;
+    void operator()(const char*, const PlaceCriterion&, const config::Field&) {}
     void operator()(const char* name, const double& value, const config::Field& field) {
       if (std::isfinite(value) && value >= field.min && value <= field.max) return;
       broken = std::string("settings.") + name + " is " + std::to_string(value) + ", outside " +
@@ -70,20 +73,39 @@ Status check_request(const robot::Robot& robot, const JudgeRequest& request) {
   if (scenario.objects.size() > kMostObjects) return malformed("more than 100 objects");
   // The scenario came with the request: what is wrong with it is the request's, not a configuration file's.
   if (auto status = scenario.validate(); !status.ok()) return malformed(status.error().message);
-  if (scenario.action.size() != 2 || scenario.action[0] != "grasp") {
+  const bool place = scenario.action.size() == 3 && scenario.action[0] == "place";
+  if (!place && (scenario.action.size() != 2 || scenario.action[0] != "grasp")) {
     std::string text;
     for (const auto& word : scenario.action) text += (text.empty() ? "" : ", ") + word;
-    return malformed("action [" + text + "] is not one the judge knows; it knows [grasp, OBJECT]");
+    return malformed("action [" + text +
+                     "] is not one the judge knows; it knows [grasp, OBJECT] and [place, OBJECT, SUPPORT]");
   }
   if (!scenario.object(scenario.action[1])) {
-    return malformed("action grasp names \"" + scenario.action[1] + "\", which is no object of scenario " +
-                     scenario.name);
+    return malformed("action " + scenario.action[0] + " names \"" + scenario.action[1] +
+                     "\", which is no object of scenario " + scenario.name);
   }
   if (!scenario.robot_start.empty() && static_cast<Eigen::Index>(scenario.robot_start.size()) != n) {
     return malformed("robot_start has " + std::to_string(scenario.robot_start.size()) + " joints; robot " +
                      robot.name() + " has " + std::to_string(n));
   }
+  if (auto status = scene::check_held(scenario, robot); !status.ok()) return malformed(status.error().message);
   return success();
+}
+
+/// The request as it is carried out: fingers that hold something stay as they are at the start, whatever the plan says.
+JudgeRequest with_fingers_held(const robot::Robot& robot, JudgeRequest request) {
+  const auto& start = request.scenario.robot_start;
+  for (int j = robot.arm_joints(); j < robot.joints(); ++j)
+    request.q.col(j).setConstant(start[static_cast<std::size_t>(j)]);
+  return request;
+}
+
+/// From the held object at the plan's end to its place on the support, m.
+double place_error(const robot::Robot& robot, const JudgeRequest& request) {
+  const Eigen::VectorXd q_end = request.q.row(request.q.rows() - 1).transpose();
+  const Pose X_WX = robot.pose(robot.forward(q_end), robot.grasp_frame()) * request.scenario.held->X_GO();
+  const Stacking at = stacking(request.scenario, X_WX, support_pose(request.scenario));
+  return std::hypot(at.offset, at.height);
 }
 
 /// The body that the last arm joint moves: the hand's frame P.
@@ -141,7 +163,8 @@ std::string complaint(const std::vector<Criterion>& found) {
 struct Judge::Impl {
   using Key = std::tuple<int, double, double, double, double, double>;  // shape type, its sizes, mass, time step
 
-  explicit Impl(robot::Robot r) : robot(std::move(r)), palm(palm_body(robot)), reach(hand_reach(robot, palm)) {}
+  explicit Impl(robot::Robot r)
+      : robot(std::move(r)), palm(palm_body(robot)), reach(hand_reach(robot, palm)), places(robot) {}
 
   Result<std::unique_ptr<HandWorkspace>> take(const Key& key, const Shape& shape, double mass, double timestep) {
     {
@@ -178,6 +201,7 @@ struct Judge::Impl {
   const robot::Robot robot;
   const int palm;
   const double reach;
+  PlaceTrials places;
   std::mutex mutex;
   std::optional<Model> whole;
   std::map<Key, std::vector<std::unique_ptr<HandWorkspace>>> pool;
@@ -239,12 +263,15 @@ std::string unjudgeable(const robot::Robot& robot, const JudgeRequest& request) 
 std::optional<std::string> first_touched(const robot::Robot& robot, const JudgeRequest& request,
                                          const std::string& target) {
   auto pairs = clearance_pairs(request.scenario, target);
-  ClearanceQuery scene(robot, pairs);
+  const auto held = held_shape(robot, request.scenario);
+  ClearanceQuery scene(robot, pairs, held);
   const auto hand_pairs = target_pairs(request.scenario, target);
-  ClearanceQuery hand(robot, hand_pairs);
+  ClearanceQuery hand(robot, hand_pairs, held);
   const auto a = scene.first_below(request.q, request.settings.clearance_margin);
-  const auto b = hand.first_below(request.q, request.settings.target_margin);
-  if (b && (!a || b->step < a->step)) return target;
+  // A held object that comes down on its support too deep is stopped there; before that it knocks the support over.
+  const auto b = held ? hand.first_below(request.q.topRows(late_row(request.q) + 1), 0)
+                      : hand.first_below(request.q, request.settings.target_margin);
+  if (b && (!a || b->step < a->step)) return held ? request.scenario.action[2] : target;
   if (a) return pairs[static_cast<std::size_t>(a->pair)].obstacle.name;
   return std::nullopt;
 }
@@ -261,11 +288,28 @@ void fill_criteria(const std::vector<Criterion>& found, Verdict& verdict) {
   verdict.path_length = found[4].value;
 }
 
+/// on(X, Y) of a place is what the settings' criterion says.
+void say_whether_on(const scene::Scenario& scenario, Verdict& verdict) {
+  const std::string &x = scenario.action[1], &y = scenario.action[2];
+  if (verdict.final_pose_success) {
+    std::erase_if(verdict.after, [&](const symbols::Literal& literal) {
+      return (literal.predicate == "on" || literal.predicate == "inhand") && literal.arguments[0] == x;
+    });
+    verdict.after.insert({"on", {x, y}});
+  } else {
+    verdict.after.erase({"on", {x, y}});
+  }
+}
+
 }  // namespace
 
-Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
+Result<Verdict> Judge::evaluate(const JudgeRequest& asked) const {
   const auto& robot = impl_->robot;
-  PRIMO_TRY(check_request(robot, request));
+  PRIMO_TRY(check_request(robot, asked));
+  const bool place = asked.scenario.held.has_value();
+  std::optional<JudgeRequest> changed;
+  if (place) changed = with_fingers_held(robot, asked);
+  const JudgeRequest& request = changed ? *changed : asked;
   const std::string name = request.scenario.action[1];
   const scene::Object& target = *request.scenario.object(name);
   Verdict verdict;
@@ -280,13 +324,19 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
                 verdict);
   const Eigen::VectorXd q_end = request.q.row(request.q.rows() - 1).transpose();
   const robot::Kinematics kinematics = robot.forward(q_end);
-  verdict.position_error = (robot.pose(kinematics, robot.grasp_frame()).translation() - target.position).norm();
+  verdict.position_error = place ? place_error(robot, request)
+                                 : (robot.pose(kinematics, robot.grasp_frame()).translation() - target.position).norm();
 
   TrialResult trial;
+  std::optional<symbols::WorldSnapshot> world;  // at the end, when all of the scene was simulated
   if (request.mode == Mode::execute) {
     PRIMO_ASSIGN(Execution execution, execute(robot, request, name, verdict.position_error));
-    trial = execution.trial;
-    verdict.after = symbols::observe(execution.world);
+    trial = std::move(execution.trial);
+    world = std::move(execution.world);
+  } else if (place) {
+    PRIMO_ASSIGN(Execution execution, impl_->places.run(request, q_end));
+    trial = std::move(execution.trial);
+    world = std::move(execution.world);
   } else {
     PRIMO_ASSIGN(trial, impl_->final_pose(request, target, verdict));
   }
@@ -295,7 +345,8 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
   verdict.displacement = trial.displacement;
   verdict.survival = trial.survival;
   verdict.steps = trial.steps;
-  verdict.final_pose_success = trial.outcome == Outcome::held;
+  verdict.criteria.insert(verdict.criteria.end(), trial.criteria.begin(), trial.criteria.end());
+  verdict.final_pose_success = trial.outcome == Outcome::held || trial.outcome == Outcome::placed;
   verdict.success = verdict.final_pose_success && verdict.path_clean;
   verdict.reason = trial.reason;
 
@@ -312,8 +363,10 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
   } else if (trial.steps > 0 && trial.outcome != Outcome::unstable) {
     aftermath.X_WO_target = kinematics.X_WB[static_cast<std::size_t>(impl_->palm)] * trial.X_PO;
   }
-  if (request.mode == Mode::final_pose)
-    verdict.after = symbols::observe(snapshot_after(request.scenario, name, aftermath));
+  const bool simulated = world && (request.mode == Mode::execute || verdict.path_clean);
+  if (!simulated) world = snapshot_after(request.scenario, name, aftermath);
+  verdict.after = symbols::observe(*world);
+  if (place && simulated) say_whether_on(request.scenario, verdict);
   return verdict;
 }
 

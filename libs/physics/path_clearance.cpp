@@ -19,11 +19,23 @@ std::vector<Obstacle> obstacles(const scene::Scenario& scenario, const std::stri
   return all;
 }
 
-Eigen::VectorXd lever_arms(const robot::Robot& robot) {
+std::optional<robot::LinkShape> held_shape(const robot::Robot& robot, const scene::Scenario& scenario) {
+  const auto* object = scenario.held ? scenario.object(scenario.held->object) : nullptr;
+  if (!object) return std::nullopt;
+  robot::LinkShape link;
+  link.name = object->name;
+  link.body = robot.grasp_frame().body;
+  link.X_BG = robot.grasp_frame().X_BF * scenario.held->X_GO();
+  link.shape = object->shape();
+  link.moves = true;
+  return link;
+}
+
+Eigen::VectorXd lever_arms(const robot::Robot& robot, const std::vector<robot::LinkShape>& links) {
   const robot::Kinematics home = robot.forward(robot.home());
   const auto& chain = robot.chain();
   Eigen::VectorXd lever = Eigen::VectorXd::Zero(robot.joints());
-  for (const auto& link : robot.link_shapes()) {
+  for (const auto& link : links) {
     // Walk from the link towards the base. Distances between neighbouring anchors do not change with q (slides: plus
     // their travel).
     Eigen::Vector3d from = robot.pose(home, link).translation();
@@ -44,27 +56,36 @@ Eigen::VectorXd lever_arms(const robot::Robot& robot) {
   return lever;
 }
 
-ClearanceQuery::ClearanceQuery(const robot::Robot& robot, std::vector<ClearancePair> pairs)
-    : robot_(robot), pairs_(std::move(pairs)), lever_(lever_arms(robot)) {
+ClearanceQuery::ClearanceQuery(const robot::Robot& robot, std::vector<ClearancePair> pairs,
+                               const std::optional<robot::LinkShape>& held)
+    : robot_(robot), pairs_(std::move(pairs)), held_(held.has_value()) {
   for (const auto& pair : pairs_) obstacle_radius_.push_back(robot::bounding_radius(pair.obstacle.shape));
-  for (const auto& link : robot.link_shapes()) link_radius_.push_back(robot::bounding_radius(link.shape));
+  for (const auto& link : robot.link_shapes()) {
+    if (link.moves) links_.push_back(link);
+  }
+  if (held) links_.push_back(*held);
+  for (const auto& link : links_) link_radius_.push_back(robot::bounding_radius(link.shape));
+  lever_ = lever_arms(robot, links_);
 }
 
 double ClearanceQuery::at(const Eigen::Ref<const Eigen::VectorXd>& q, double enough, int* nearest) {
   robot_.forward(q, kinematics_);
   double best = enough;
   if (nearest) *nearest = -1;
-  const auto& links = robot_.link_shapes();
-  for (std::size_t l = 0; l < links.size(); ++l) {
-    if (!links[l].moves) continue;
-    const Pose X_WG = robot_.pose(kinematics_, links[l]);
+  const auto counts = [&](std::size_t l, RobotPart part) {
+    if (held_ && l + 1 == links_.size()) return part == RobotPart::held;
+    return part == RobotPart::all || (part == RobotPart::hand && links_[l].hand) ||
+           (part == RobotPart::arm && !links_[l].hand);
+  };
+  for (std::size_t l = 0; l < links_.size(); ++l) {
+    const Pose X_WG = robot_.pose(kinematics_, links_[l]);
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       const auto& [obstacle, part] = pairs_[p];
-      if (part != RobotPart::all && (part == RobotPart::hand) != links[l].hand) continue;
+      if (!counts(l, part)) continue;
       const double apart =
           (X_WG.translation() - obstacle.X_WO.translation()).norm() - link_radius_[l] - obstacle_radius_[p];
       if (apart >= best) continue;
-      const double d = robot::distance(links[l].shape, X_WG, obstacle.shape, obstacle.X_WO).distance;
+      const double d = robot::distance(links_[l].shape, X_WG, obstacle.shape, obstacle.X_WO).distance;
       if (d < best) {
         best = d;
         if (nearest) *nearest = static_cast<int>(p);

@@ -19,8 +19,8 @@ struct Obstacle {
   Shape shape;
 };
 
-/// Which of the robot's moving shapes count against an obstacle.
-enum class RobotPart { all, hand, arm };
+/// Which of the moving shapes count against an obstacle: the robot's, or what its hand holds.
+enum class RobotPart { all, hand, arm, held };
 
 struct ClearancePair {
   Obstacle obstacle;
@@ -30,10 +30,14 @@ struct ClearancePair {
 /// The scenario's table, and its objects with `except` left out.
 std::vector<Obstacle> obstacles(const scene::Scenario& scenario, const std::string& except = {});
 
+/// What the hand holds in the scenario, as a shape that moves with the grasp frame; nothing when it is free.
+std::optional<robot::LinkShape> held_shape(const robot::Robot& robot, const scene::Scenario& scenario);
+
 /// Distances of one robot to a fixed list of obstacles. For one thread at a time.
 class ClearanceQuery {
  public:
-  ClearanceQuery(const robot::Robot& robot, std::vector<ClearancePair> pairs);
+  ClearanceQuery(const robot::Robot& robot, std::vector<ClearancePair> pairs,
+                 const std::optional<robot::LinkShape>& held = std::nullopt);
 
   /// Smallest signed distance at q, m, or `enough` if none is smaller; `nearest` is the index of its pair (−1: none
   /// below `enough`).
@@ -65,13 +69,16 @@ class ClearanceQuery {
 
   const robot::Robot& robot_;
   std::vector<ClearancePair> pairs_;
+  std::vector<robot::LinkShape> links_;  // those that move, the held object last
+  bool held_ = false;
   std::vector<double> obstacle_radius_;
   std::vector<double> link_radius_;
   Eigen::VectorXd lever_;  // by joint: m of motion per rad, at most
   robot::Kinematics kinematics_;
 };
 
-/// Upper bound of the distance from joint `joint`'s anchor to any point it moves, by joint of q, m (1 for slides).
-Eigen::VectorXd lever_arms(const robot::Robot& robot);
+/// Upper bound of the distance from joint `joint`'s anchor to any point of `links` it moves, by joint of q, m (1 for
+/// slides).
+Eigen::VectorXd lever_arms(const robot::Robot& robot, const std::vector<robot::LinkShape>& links);
 
 }  // namespace primo::physics

@@ -15,7 +15,13 @@ namespace primo::physics {
 
 enum class Mode { final_pose, execute };
 
-/// How far a grasp got: the stage its graded score comes from.
+/// When a placed object counts as on its support.
+enum class PlaceCriterion {
+  full,  ///< after the release: height, horizontal offset, tilt, rest, contact with the support, none with the hand
+  paper  ///< the vertical displacement of the centres at the end of the motion, alone
+};
+
+/// How far a grasp or a place got: the stage its graded score comes from.
 enum class Outcome {
   bad_plan,             ///< the trajectory cannot be judged
   no_contact,           ///< the closed fingers miss the object
@@ -26,6 +32,10 @@ enum class Outcome {
   contact_lost,  ///< held, but thumb and finger do not both touch at the end
   held,
   unstable,  ///< the simulation diverged
+  placed,
+  not_released,  ///< the hand still touches the object that it has let go
+  support_fell,  ///< the support fell over
+  not_on,        ///< the object is elsewhere, or leans or moves on its support
 };
 }  // namespace primo::physics
 
@@ -34,16 +44,21 @@ struct primo::config::EnumNames<primo::physics::Mode> {
   static constexpr std::array<std::string_view, 2> names = {"final_pose", "execute"};
 };
 template <>
+struct primo::config::EnumNames<primo::physics::PlaceCriterion> {
+  static constexpr std::array<std::string_view, 2> names = {"full", "paper"};
+};
+template <>
 struct primo::config::EnumNames<primo::physics::Outcome> {
-  static constexpr std::array<std::string_view, 9> names = {
+  static constexpr std::array<std::string_view, 13> names = {
       "bad_plan",        "no_contact",     "initial_penetration", "not_opposed",
       "fell_at_release", "fell_in_jiggle", "contact_lost",        "held",
-      "unstable"};
+      "unstable",        "placed",         "not_released",        "support_fell",
+      "not_on"};
 };
 
 namespace primo::physics {
 
-/// Settings of the judge: timing, jiggle and margins. Defaults are the measured ones.
+/// Settings of the judge: timing, jiggle, margins and what counts as placed. Defaults are the measured ones.
 struct JudgeSettings {
   double timestep = 0.002;            // s
   double close_seconds = 0.5;         // s, fingers closing with the object pinned
@@ -57,6 +72,11 @@ struct JudgeSettings {
   double target_margin = -0.006;      // m, hand to target along the path
   double max_joint_speed = 2.0;       // rad/s, arm
   double limit_margin = 0.0;          // rad
+  PlaceCriterion place_criterion = PlaceCriterion::full;
+  double place_height = 0.01;  // m, of the vertical displacement from one on top of the other
+  double place_offset = 0.03;  // m, between the centres: beyond, cylinders of the paper's size are about to tip
+  double place_tilt = 0.1;     // rad
+  double place_speed = 0.02;   // m/s, of any point of a body at rest
   template <class V>
   void visit(V&& v) {
     v("timestep", timestep, {.help = "of the simulation", .unit = "s", .min = 1e-4, .max = 0.01});
@@ -75,6 +95,14 @@ struct JudgeSettings {
     v("target_margin", target_margin, {.help = "hand to target along the path", .unit = "m", .min = -0.1, .max = 0.1});
     v("max_joint_speed", max_joint_speed, {.help = "arm joints", .unit = "rad/s", .min = 0.1, .max = 50});
     v("limit_margin", limit_margin, {.help = "to the joint limits", .unit = "rad", .min = -1, .max = 1});
+    v("place_criterion", place_criterion,
+      {.help = "full: height, offset, tilt, rest and contacts after the release; paper: the height at the end alone"});
+    v("place_height", place_height,
+      {.help = "of a placed object's centre, from one on top of the other", .unit = "m", .min = 0.001, .max = 0.1});
+    v("place_offset", place_offset, {.help = "of a placed object, horizontal", .unit = "m", .min = 0.001, .max = 0.5});
+    v("place_tilt", place_tilt, {.help = "of a placed object's axis", .unit = "rad", .min = 0.001, .max = 1.5});
+    v("place_speed", place_speed,
+      {.help = "below which a placed object is at rest", .unit = "m/s", .min = 1e-4, .max = 1});
   }
 };
 
@@ -102,18 +130,18 @@ struct Verdict {
   bool final_pose_success = false;  ///< the paper's verdict alone (in Mode::execute: the executed verdict alone)
   bool path_clean = false;          ///< clearance, target clearance, limits and speeds are all met
   Outcome outcome = Outcome::bad_plan;
-  std::string reason;           ///< one sentence: what decided
-  double score = 0;             ///< s of the graded fitness, in [0, 1]
-  double displacement = 0;      ///< m, of the object in the palm frame
-  double survival = 0;          ///< fraction of the jiggle survived
-  double position_error = 0;    ///< m, grasp centre to object centre at T
-  double clearance = 0;         ///< m, minimum over the path, robot to obstacles and table
-  double target_clearance = 0;  ///< m, minimum over the path, hand to target
-  double limit_margin = 0;      ///< rad, minimum over the path
-  double max_speed = 0;         ///< rad/s, arm
-  double path_length = 0;       ///< rad, Euclidean in joint space
-  std::vector<Criterion> criteria;
-  symbols::State before, after;  ///< ground literals from geometry and contact
+  std::string reason;               ///< one sentence: what decided
+  double score = 0;                 ///< s of the graded fitness, in [0, 1]
+  double displacement = 0;          ///< m, of the object in the palm frame; of a place: before it is let go
+  double survival = 0;              ///< fraction of the jiggle survived
+  double position_error = 0;        ///< m, at T: grasp centre to object centre, or held object to its place
+  double clearance = 0;             ///< m, minimum over the path, robot and held object to obstacles and table
+  double target_clearance = 0;      ///< m, minimum over the path, hand to target or held object to its support
+  double limit_margin = 0;          ///< rad, minimum over the path
+  double max_speed = 0;             ///< rad/s, arm
+  double path_length = 0;           ///< rad, Euclidean in joint space
+  std::vector<Criterion> criteria;  ///< of the path; of a place also those of PlaceEnd, on and on_paper
+  symbols::State before, after;     ///< ground literals from geometry and contact
   std::vector<std::string> objects;
   int steps = 0;  ///< simulated
 };

@@ -97,6 +97,7 @@ Result<Displaced> displace(const Scenario& base, double d, std::uint64_t seed, s
     auto& objects = result.scenario.objects;
     bool fell = false;
     for (std::size_t k = 0; k < objects.size(); ++k) {
+      if (base.holds(objects[k].name)) continue;  // it goes with the hand
       objects[k].position = base.objects[k].position;
       objects[k].position.x() += random.uniform(-d, d);
       objects[k].position.y() += random.uniform(-d, d);

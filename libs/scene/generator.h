@@ -17,9 +17,10 @@ struct Displaced {
   int rejected() const { return rejected_touching + rejected_falling; }
 };
 
-/// Moves every object by uniform noise in ±d along x and y, each on its own; draws in which objects touch each other or
-/// fall off the table are rejected and drawn anew (paper, V.A). d in m, 0 … 0.5. Camera noise gets a seed of its own.
-/// Errors (config): no valid draw in `max_tries`, with the counts of both reasons; an invalid base.
+/// Moves every object that the hand does not hold by uniform noise in ±d along x and y, each on its own; draws in which
+/// objects touch each other or fall off the table are rejected and drawn anew (paper, V.A). d in m, 0 … 0.5. Camera
+/// noise gets a seed of its own. Errors (config): no valid draw in `max_tries`, with the counts of both reasons; an
+/// invalid base.
 Result<Displaced> displace(const Scenario& base, double d, std::uint64_t seed, std::uint64_t index,
                            int max_tries = 2000);
 

@@ -71,6 +71,9 @@ Status check_request(const PerceptionRequest& request) {
     if (label.name.empty() || !label.position.allFinite()) return bad("a label has no name or no finite position");
     if (!names.insert(label.name).second) return bad("label '" + label.name + "' is given twice");
   }
+  if (request.held && (names.contains(request.held->name) || !request.held->X_WO.matrix().allFinite())) {
+    return bad("the held object '" + request.held->name + "' is also a label, or its pose is not finite");
+  }
   return success();
 }
 
@@ -94,6 +97,7 @@ void name_objects(const PerceptionRequest& request, std::vector<ObjectEstimate>&
   std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
   std::set<std::string> taken = {request.table};
   for (const auto& label : request.labels) taken.insert(label.name);
+  if (request.held) taken.insert(request.held->name);
   std::vector<bool> used(request.labels.size(), false);
   for (const auto& pair : pairs) {
     if (used[pair.label] || !objects[pair.object].name.empty()) continue;
@@ -108,6 +112,7 @@ void name_objects(const PerceptionRequest& request, std::vector<ObjectEstimate>&
       if (taken.insert(name).second) object.name = name;
     }
   }
+  if (request.held) objects.push_back(*request.held);
   std::sort(objects.begin(), objects.end(),
             [](const ObjectEstimate& a, const ObjectEstimate& b) { return a.name < b.name; });
 }
@@ -131,13 +136,18 @@ const ObjectEstimate* SceneEstimate::object(const std::string& name) const {
 
 std::vector<Label> labels_of(const Scenario& scenario) {
   std::vector<Label> labels;
-  for (const auto& object : scenario.objects) labels.push_back({object.name, object.position});
+  for (const auto& object : scenario.objects) {
+    if (!scenario.holds(object.name)) labels.push_back({object.name, object.position});
+  }
   return labels;
 }
 
 PerceptionRequest perception_request(const Scenario& scenario, std::vector<PointCloud> clouds,
                                      const PerceptionSettings& settings) {
-  return {scene_id(scenario), std::move(clouds), labels_of(scenario), scenario.table.name, settings};
+  PerceptionRequest request{scene_id(scenario), std::move(clouds), labels_of(scenario), scenario.table.name, settings};
+  const Object* held = scenario.held ? scenario.object(scenario.held->object) : nullptr;
+  if (held) request.held = ObjectEstimate{held->name, held->type, held->X_WO(), held->shape()};
+  return request;
 }
 
 Result<SceneEstimate> perceive(const PerceptionRequest& request) {

@@ -5,6 +5,7 @@
 // boxes.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,12 +54,15 @@ struct PerceptionRequest {
   std::vector<Label> labels;       ///< none: all objects are named o1, o2, …
   std::string table = "table";     ///< the table's name in the answer
   PerceptionSettings settings;
+  /// What the hand holds: known from the hand, as cameras filter it out together with the robot. Goes into the answer
+  /// as it is.
+  std::optional<ObjectEstimate> held = {};
 };
 
-/// The labels of a scenario's objects.
+/// The labels of a scenario's objects that are not in the hand.
 std::vector<Label> labels_of(const Scenario& scenario);
 
-/// What is seen in clouds of this scenario: scene id and labels from it.
+/// What is seen in clouds of this scenario: scene id, labels and the held object from it.
 PerceptionRequest perception_request(const Scenario& scenario, std::vector<PointCloud> clouds,
                                      const PerceptionSettings& settings = {});
 

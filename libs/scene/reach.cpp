@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "scene/held.h"
+
 namespace primo::scene {
 namespace {
 
@@ -57,13 +59,14 @@ Status check_robot(const Scenario& scenario, const robot::Robot& robot) {
   const Reach arm = reach(robot);
   for (std::size_t i = 1; i < scenario.action.size(); ++i) {
     const Object* object = scenario.object(scenario.action[i]);
-    if (!object) continue;
+    if (!object || scenario.holds(object->name)) continue;
     const double distance = (object->position - arm.shoulder_W).norm();
     if (distance >= kNearest * arm.longest && distance <= kFarthest * arm.longest) continue;
     return Error{Code::config, place + ": object '" + object->name + "' cannot be reached: it is " + metres(distance) +
                                    " from the shoulder, must be between " + metres(kNearest * arm.longest) + " and " +
                                    metres(kFarthest * arm.longest)};
   }
+  if (auto status = check_held(scenario, robot); !status.ok()) return status.error().at(place);
   return success();
 }
 

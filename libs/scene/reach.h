@@ -15,7 +15,8 @@ struct Reach {
 Reach reach(const robot::Robot& robot);
 
 /// Refuses a robot_start of the wrong length or out of limits, and action objects farther from the shoulder than 0.95
-/// of the stretched arm or nearer than 0.25 of it. Says which object, how far it is and what would be right.
+/// of the stretched arm or nearer than 0.25 of it, and held objects that are not in the hand. Says which object, how
+/// far it is and what would be right.
 Status check_robot(const Scenario& scenario, const robot::Robot& robot);
 
 }  // namespace primo::scene

@@ -22,7 +22,9 @@ class BoundsChecker {
   template <class T>
   void operator()(const char* name, T& value, const config::Field& field = {}) {
     const std::string key = place_.empty() ? name : place_ + "." + name;
-    if constexpr (config::Visitable<T>) {
+    if constexpr (config::detail::IsOptional<T>::value) {
+      if (value) (*this)(name, *value, field);
+    } else if constexpr (config::Visitable<T>) {
       BoundsChecker inner(key, problem_);
       value.visit(inner);
     } else if constexpr (config::EigenVector<T>) {
@@ -106,6 +108,11 @@ Status check_objects(const Scenario& scenario) {
                     ", must be cylinder or box");
     }
     const double height = height_over_table(object, scenario.table);
+    if (scenario.holds(object.name)) {
+      if (height > 0) continue;
+      return refuse("object '" + object.name + "': it is held " + text(std::round(-height * 1e6) / 1e6) +
+                    " m deep in the table, must be above its top");
+    }
     if (std::abs(height) > kRestTolerance) {
       return refuse("object '" + object.name + "': its lowest point is " + text(std::round(height * 1e6) / 1e6) +
                     " m over the table's top, must rest on it (within 0.001 m): position[2] would be " +
@@ -127,6 +134,33 @@ Status check_objects(const Scenario& scenario) {
   return success();
 }
 
+Status check_held(const Scenario& scenario) {
+  if (!scenario.held) return success();
+  if (!scenario.object(scenario.held->object)) {
+    return refuse("'held.object' is '" + scenario.held->object.substr(0, 80) + "', must be an object of the scenario");
+  }
+  if (scenario.robot_start.empty()) {
+    return refuse("'held' needs 'robot_start': the joint angles at which the hand holds '" + scenario.held->object +
+                  "'");
+  }
+  return success();
+}
+
+/// The hand must be free for a grasp, and holds what is to be placed.
+Status check_hand(const Scenario& scenario) {
+  const auto& action = scenario.action;
+  if (action[0] == "grasp" && scenario.held) {
+    return refuse("'action' grasp needs a free hand, but it holds '" + scenario.held->object + "'; leave 'held' out");
+  }
+  if (action[0] != "place") return success();
+  if (!scenario.holds(action[1])) {
+    return refuse("'action' place: the hand does not hold '" + action[1] + "'; 'held' must say {object: " + action[1] +
+                  ", position: …, rpy: …}");
+  }
+  if (action[1] == action[2]) return refuse("'action' places '" + action[1] + "' on itself");
+  return success();
+}
+
 Status check_action(const Scenario& scenario) {
   if (scenario.action.empty() || scenario.action[0].empty()) {
     return refuse("'action' is empty, must be a name and its arguments, e.g. [grasp, c1]");
@@ -137,6 +171,10 @@ Status check_action(const Scenario& scenario) {
     return refuse("'action' grasp has " + std::to_string(scenario.action.size() - 1) +
                   " arguments, must have one: the object, e.g. [grasp, c1]");
   }
+  if (name == "place" && scenario.action.size() != 3) {
+    return refuse("'action' place has " + std::to_string(scenario.action.size() - 1) +
+                  " arguments, must have two: the held object and its support, e.g. [place, c1, c2]");
+  }
   for (std::size_t i = 1; i < scenario.action.size(); ++i) {
     const std::string& argument = scenario.action[i];
     if (scenario.object(argument) || (i > 1 && argument == scenario.table.name)) continue;
@@ -145,7 +183,7 @@ Status check_action(const Scenario& scenario) {
     return refuse("'action' names '" + argument.substr(0, 80) + "', which is no object of the scenario; objects are " +
                   known);
   }
-  return success();
+  return check_hand(scenario);
 }
 
 Status check_cameras(const Scenario& scenario) {
@@ -174,6 +212,7 @@ const Object* Scenario::object(const std::string& object_name) const {
 Status Scenario::validate() const {
   PRIMO_TRY(check_bounds(*this));
   PRIMO_TRY(check_names(*this));
+  PRIMO_TRY(check_held(*this));
   PRIMO_TRY(check_objects(*this));
   PRIMO_TRY(check_action(*this));
   return check_cameras(*this);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,17 @@ struct Camera {
   void visit(V&& v);
 };
 
+/// What the hand holds at the start: one of the scenario's objects, fixed in the grasp frame G of the robot file.
+struct Held {
+  std::string object;
+  Eigen::Vector3d position{0, 0, 0};  ///< p_GO: the object's centre in the grasp frame, m
+  Eigen::Vector3d rpy{0, 0, 0};       ///< rad
+
+  Pose X_GO() const { return pose(position, rpy); }
+  template <class V>
+  void visit(V&& v);
+};
+
 struct Scenario {
   std::string name;
   Table table;
@@ -60,9 +72,12 @@ struct Scenario {
   std::vector<double> robot_start;  ///< rad, in the robot file's joint order; empty: the robot file's home
   std::vector<std::string> action;  ///< e.g. [grasp, c1]
   std::uint64_t camera_seed = 0;    ///< seeds the depth noise
+  std::optional<Held> held;  ///< its pose among `objects` is the one at robot_start; check_robot() holds both together
 
   /// The object of this name, or nullptr.
   const Object* object(const std::string& object_name) const;
+  /// Whether the hand holds the object of this name.
+  bool holds(const std::string& object_name) const { return held && held->object == object_name; }
   /// Sizes, names, overlap, objects on the table, action arguments: what can be checked without a robot.
   Status validate() const;
   template <class V>
@@ -96,6 +111,13 @@ void Object::visit(V&& v) {
 }
 
 template <class V>
+void Held::visit(V&& v) {
+  v("object", object, {.help = "name of an object", .required = true});
+  v("position", position, {.help = "its centre in the grasp frame", .unit = "m", .min = -1, .max = 1});
+  v("rpy", rpy, {.help = "roll, pitch, yaw about the grasp frame's axes", .unit = "rad", .min = -7, .max = 7});
+}
+
+template <class V>
 void Table::visit(V&& v) {
   v("name", name, {});
   v("top_centre", top_centre, {.unit = "m", .min = -5, .max = 5});
@@ -122,6 +144,7 @@ void Scenario::visit(V&& v) {
   v("robot_start", robot_start, {.help = "joint angles; empty: the robot's home", .unit = "rad", .min = -7, .max = 7});
   v("action", action, {.help = "name and arguments, e.g. [grasp, c1]", .required = true});
   v("camera_seed", camera_seed, {.help = "seeds the depth noise"});
+  v("held", held, {.help = "what the hand holds at robot_start"});
 }
 
 }  // namespace primo::scene

@@ -24,8 +24,12 @@ class Digest {
 
   template <class T>
   void operator()(const char* name, T& value, const config::Field& = {}) {
-    add(name);
-    add(value);
+    if constexpr (config::detail::IsOptional<T>::value) {
+      if (value) (*this)(name, *value);
+    } else {
+      add(name);
+      add(value);
+    }
   }
 
   template <class T>

@@ -10,6 +10,7 @@ motion::PlanRequest plan_request(const Rollout& rollout) {
   request.action = rollout.scenario.action;
   request.q_start = rollout.scenario.robot_start;
   request.primitive = rollout.primitive;
+  if (const auto& held = rollout.scenario.held) request.held = motion::HeldObject{held->object, held->X_GO()};
   // Plain tracking of the reference is what the judge's execution does without gains; they cost a Riccati pass
   // otherwise.
   request.want_gains = rollout.mode == physics::Mode::execute;

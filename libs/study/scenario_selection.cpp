@@ -51,19 +51,16 @@ Result<Tried> attempt(const std::vector<Rollout>& rollouts, Evaluator& evaluator
 
 }  // namespace
 
-Result<std::vector<SelectedScenario>> select_difficult(const SelectionSettings& settings,
+Result<std::vector<SelectedScenario>> select_difficult(const SelectionSettings& settings, const SceneSource& scene,
                                                        const motion::Primitive& hand_tuned,
-                                                       const motion::Primitive& reference,
-                                                       const std::vector<double>& robot_start, Workers& workers,
+                                                       const motion::Primitive& reference, Workers& workers,
                                                        const std::function<void(const SelectedScenario&)>& on_tried) {
   std::vector<SelectedScenario> tried;
   int chosen = 0;
   for (int index = 0; index < settings.pool && chosen < settings.count; ++index) {
     SelectedScenario one;
     one.index = index;
-    PRIMO_ASSIGN(one.scenario,
-                 scene::random_scenario(settings.scenes, settings.seed, static_cast<std::uint64_t>(index)));
-    one.scenario.robot_start = robot_start;
+    PRIMO_ASSIGN(one.scenario, scene(static_cast<std::uint64_t>(index)));
     PRIMO_ASSIGN(const auto scenarios, variants(settings, one.scenario));
     PRIMO_ASSIGN(const auto estimates, workers.observe(scenarios));
     PRIMO_ASSIGN(const auto by_hand, attempt(rollouts(settings, scenarios, estimates, hand_tuned), workers));

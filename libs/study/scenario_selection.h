@@ -13,8 +13,7 @@
 namespace primo::study {
 
 struct SelectionSettings {
-  scene::RandomSceneSettings scenes;
-  std::uint64_t seed = 1;         ///< of the random scenes; other seeds belong to other sets of scenes
+  std::uint64_t seed = 1;         ///< of the displacements and judgements
   int count = 6;                  ///< scenarios to choose
   int pool = 200;                 ///< random scenes to try at most
   int displaced = 8;              ///< displaced copies in which both primitives are tried, beside the scene itself
@@ -32,11 +31,14 @@ struct SelectedScenario {
   bool chosen = false;
 };
 
-/// Tries the random scenes of the seed in order and takes the first `count` that are difficult and feasible. Returns
-/// all that were tried, in order. `robot_start` is filled in. Error (failed): the pool holds too few, with the counts.
+/// Random scene `index`, with its robot_start.
+using SceneSource = std::function<Result<scene::Scenario>(std::uint64_t index)>;
+
+/// Tries the random scenes of the source in order and takes the first `count` that are difficult and feasible. Returns
+/// all that were tried, in order. Error (failed): the pool holds too few, with the counts.
 Result<std::vector<SelectedScenario>> select_difficult(
-    const SelectionSettings& settings, const motion::Primitive& hand_tuned, const motion::Primitive& reference,
-    const std::vector<double>& robot_start, Workers& workers,
+    const SelectionSettings& settings, const SceneSource& scene, const motion::Primitive& hand_tuned,
+    const motion::Primitive& reference, Workers& workers,
     const std::function<void(const SelectedScenario&)>& on_tried = {});
 
 }  // namespace primo::study

@@ -82,7 +82,9 @@ class FieldChecker {
   template <class T>
   void check(const std::string& key, T& value, const config::Field& field) {
     if (!status_.ok()) return;
-    if constexpr (config::Visitable<T>) {
+    if constexpr (config::detail::IsOptional<T>::value) {
+      if (value) check(key, *value, field);
+    } else if constexpr (config::Visitable<T>) {
       FieldChecker inner(key);
       value.visit(inner);
       if (!inner.status().ok()) fail(inner.status().error());

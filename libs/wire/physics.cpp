@@ -18,6 +18,11 @@ msg::JudgeSettings to_wire(const physics::JudgeSettings& settings) {
   out.target_margin(settings.target_margin);
   out.max_joint_speed(settings.max_joint_speed);
   out.limit_margin(settings.limit_margin);
+  out.place_criterion(static_cast<std::uint8_t>(settings.place_criterion));
+  out.place_height(settings.place_height);
+  out.place_offset(settings.place_offset);
+  out.place_tilt(settings.place_tilt);
+  out.place_speed(settings.place_speed);
   return out;
 }
 
@@ -35,6 +40,11 @@ Result<physics::JudgeSettings> from_wire(const msg::JudgeSettings& message) {
   out.target_margin = message.target_margin();
   out.max_joint_speed = message.max_joint_speed();
   out.limit_margin = message.limit_margin();
+  PRIMO_ASSIGN(out.place_criterion, enum_from<physics::PlaceCriterion>("place_criterion", message.place_criterion()));
+  out.place_height = message.place_height();
+  out.place_offset = message.place_offset();
+  out.place_tilt = message.place_tilt();
+  out.place_speed = message.place_speed();
   PRIMO_TRY(check_fields("settings", out));
   return out;
 }

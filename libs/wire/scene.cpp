@@ -92,6 +92,13 @@ msg::Scenario to_wire(const scene::Scenario& scenario) {
   out.robot_start(scenario.robot_start);
   out.action(scenario.action);
   out.camera_seed(scenario.camera_seed);
+  if (scenario.held) {
+    msg::SceneHeld held;
+    held.object(scenario.held->object);
+    held.position(to_point(scenario.held->position));
+    held.rpy(to_vector(scenario.held->rpy));
+    out.held().push_back(std::move(held));
+  }
   return out;
 }
 
@@ -109,6 +116,10 @@ Result<scene::Scenario> from_wire(const msg::Scenario& message) {
   out.robot_start = message.robot_start();
   out.action = message.action();
   out.camera_seed = message.camera_seed();
+  PRIMO_TRY(check_count("scenario.held", message.held().size(), 1));
+  for (const msg::SceneHeld& held : message.held()) {
+    out.held = scene::Held{held.object(), from_point(held.position()), from_vector(held.rpy())};
+  }
   PRIMO_TRY(check_fields("scenario", out));
   return out;
 }

@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/criteria.h"
+#include "physics/place_trial.h"
 #include "unit/physics/grasp_fixture.h"
+#include "unit/physics/place_fixture.h"
 
 namespace {
 
@@ -40,6 +42,64 @@ nlohmann::ordered_json time_of(const Judge& judge, JudgeRequest request, int run
   auto result = summary(ms);
   result["held"] = static_cast<double>(held) / runs;
   return result;
+}
+
+/// Milliseconds of one bare mj_step of the place's model, several contacts a pair, with c1 standing on its support and
+/// the open hand around it, no joint driven.
+double bare_step_ms(const robot::Robot& robot, const JudgeRequest& request) {
+  const auto whole = robot_model(robot);
+  if (!whole.ok()) return 0;
+  const auto hand = hand_mjcf(robot, whole->get());
+  auto made = hand.ok() ? PlaceWorkspace::create(robot, *hand, request.scenario, request.settings.timestep)
+                        : Result<PlaceWorkspace>(hand.error());
+  if (!made.ok()) return 0;
+  mjModel* model = made->model.get();
+  mjData* data = made->data.get();
+  model->opt.enableflags |= mjENBL_MULTICCD;
+  const Eigen::VectorXd q = request.q.bottomRows(1).transpose();
+  const robot::Kinematics kinematics = robot.forward(q);
+  const Pose& X_WP = kinematics.X_WB[static_cast<std::size_t>(robot.body("palm"))];
+  const Eigen::Quaterniond R = quaternion(X_WP);
+  for (int i = 0; i < 3; ++i) model->body_pos[3 * made->hand_body + i] = X_WP.translation()[i];
+  const double wxyz[4] = {R.w(), R.x(), R.y(), R.z()};
+  std::copy(wxyz, wxyz + 4, model->body_quat + 4 * made->hand_body);
+  mj_resetData(model, data);
+  made->joints.set(data, robot.home());
+  for (const auto& object : request.scenario.objects)
+    set_free_joint(model, data, made->model.joint(object.name), object.X_WO());
+  set_free_joint(model, data, made->model.joint("c1"), pose(testing::top_of_support(request.scenario)));
+  constexpr int kSteps = 2000;
+  const double begin = cpu_ms();
+  for (int k = 0; k < kSteps; ++k) mj_step(model, data);
+  return (cpu_ms() - begin) / kSteps;
+}
+
+/// A place in both modes: milliseconds, steps a second, and the time of a step against a bare mj_step.
+nlohmann::ordered_json places(const robot::Robot& robot, const Judge& judge) {
+  auto request = physics::testing::place_at(robot, {0, 0, 0});
+  if (!request) return {{"error", "no place found"}};
+  nlohmann::ordered_json out;
+  const double bare = bare_step_ms(robot, *request);
+  out["bare_step_us"] = 1e3 * bare;
+  for (const Mode mode : {Mode::final_pose, Mode::execute}) {
+    request->mode = mode;
+    auto row = time_of(judge, *request, mode == Mode::execute ? 10 : 40);
+    const auto verdict = judge.evaluate(*request);
+    if (!verdict.ok()) return {{"error", verdict.error().message}};
+    const double ms = row.value("median_ms", 0.0);
+    row["steps"] = verdict->steps;
+    row["steps_per_s"] = 1e3 * verdict->steps / ms;
+    if (mode == Mode::final_pose) row["ratio_to_bare_step"] = ms / verdict->steps / bare;
+    out[config::enum_name(mode)] = row;
+  }
+  std::vector<double> path;
+  for (int k = 0; k < 100; ++k) {
+    const double begin = cpu_ms();
+    evaluate_criteria({robot, request->scenario, "c1", request->q, request->dt, 0, request->settings});
+    path.push_back(cpu_ms() - begin);
+  }
+  out["path_criteria"] = summary(path);
+  return out;
 }
 
 }  // namespace
@@ -76,5 +136,6 @@ int main() {
     shaken.settings.jiggle_frequency = frequency;
     out["held_by_frequency_hz"][std::to_string(frequency).substr(0, 3)] = time_of(judge, shaken, 40)["held"];
   }
+  out["place"] = places(robot, judge);
   std::puts(out.dump(2).c_str());
 }

@@ -57,11 +57,11 @@ Result<Ground> prepare(const Options& options) {
   return Ground{std::move(robot), std::move(scenario)};
 }
 
-Result<motion::Primitive> primitive_of(const Options& options) {
+Result<motion::Primitive> primitive_of(const Options& options, const std::string& action) {
   std::filesystem::path file = options.primitive;
   if (file.empty()) {
     PRIMO_ASSIGN(const Layout layout, find_layout());
-    file = layout.root / "configs" / "primitives" / "grasp_hand_tuned.yaml";
+    file = layout.root / "configs" / "primitives" / (action + "_hand_tuned.yaml");
   }
   PRIMO_ASSIGN(auto primitive, motion::read_primitive(file));
   if (!options.solver.empty()) primitive.solver = options.solver;
@@ -79,7 +79,7 @@ Result<Planned> plan_in(const Options& options, const Ground& ground) {
   Planned planned;
   study::Rollout& rollout = planned.rollout;
   rollout.scenario = ground.scenario;
-  PRIMO_ASSIGN(rollout.primitive, primitive_of(options));
+  PRIMO_ASSIGN(rollout.primitive, primitive_of(options, ground.scenario.action[0]));
   PRIMO_ASSIGN(rollout.estimate, study::observe_scenario(ground.scenario));
   rollout.judge_seed = options.seed;
   rollout.mode = mode_of(options);
@@ -197,7 +197,8 @@ void add_planning(CLI::App& verb, Options& options) {
     }
     verb.add_option(flag, value, help)->check(CLI::IsMember(names).description(""))->type_name("NAME");
   };
-  verb.add_option("--primitive", options.primitive, "primitive file (default: the hand-tuned grasp)");
+  verb.add_option("--primitive", options.primitive,
+                  "primitive file (default: the hand-tuned one of the scenario's action)");
   choice("--solver", options.solver, motion::planners());
   choice("--start", options.start, motion::starts());
   verb.add_option("--max-iterations", options.max_iterations, "instead of the primitive's")

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/files.h"
+#include "physics/place_scenes.h"
 #include "primo/layout.h"
 #include "primo/verbs.h"
 #include "scene/generator.h"
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   std::vector<std::string> files;
-  std::string robot, base, output = ".";
+  std::string robot, base, output = ".", action = "grasp";
   int count = 1;
   double displacement = 0.02;
   std::uint64_t seed = 1;
@@ -43,9 +44,10 @@ Status check(const Options& options) {
 }
 
 /// Scenario `index`: displaced from the base, or random where there is none.
-Result<scene::Scenario> make(const Options& options, const std::optional<scene::Scenario>& base, int index,
-                             int& rejected) {
+Result<scene::Scenario> make(const Options& options, const robot::Robot& robot,
+                             const std::optional<scene::Scenario>& base, int index, int& rejected) {
   const auto i = static_cast<std::uint64_t>(index);
+  if (!base && options.action == "place") return physics::random_place_scenario(robot, {}, options.seed, i);
   if (!base) return scene::random_scenario({}, options.seed, i);
   PRIMO_ASSIGN(auto displaced, scene::displace(*base, options.displacement, options.seed, i));
   rejected += displaced.rejected();
@@ -63,11 +65,14 @@ Status generate(const Options& options) {
   if (ec) return Error{Code::config, options.output + ": cannot be made: " + ec.message()};
   int rejected = 0;
   for (int i = 0; i < options.count; ++i) {
-    PRIMO_ASSIGN(auto scenario, make(options, base, i, rejected));
+    PRIMO_ASSIGN(auto scenario, make(options, robot, base, i, rejected));
     PRIMO_TRY(scene::check_robot(scenario, robot));
     char number[16];
     std::snprintf(number, sizeof number, "%04d", i);
-    scenario.name = (base ? base->name : "random") + std::string("_") + number;
+    scenario.name = (base                        ? base->name
+                     : options.action == "place" ? "place_random"
+                                                 : "random") +
+                    std::string("_") + number;
     PRIMO_TRY(write_file(fs::path(options.output) / (scenario.name + ".yaml"), config::dump(scenario)));
   }
   std::cout << "primo: " << options.count << " scenarios in " << options.output;
@@ -96,6 +101,9 @@ void add_scenario(CLI::App& app, int& exit) {
       ->capture_default_str();
   generate_verb->add_option("-n,--count", options->count, "how many")
       ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  generate_verb->add_option("--action", options->action, "of random scenes")
+      ->check(CLI::IsMember({"grasp", "place"}))
       ->capture_default_str();
   generate_verb->add_option("--seed", options->seed, "of the random numbers")->capture_default_str();
   generate_verb->add_option("--robot", options->robot, "robot file (default: the Schunk arm)");

@@ -90,6 +90,21 @@ TEST(Generator, the_same_seed_and_index_give_the_same_scenario_in_any_order) {
   EXPECT_EQ(config::dump(*random_scenario(settings, 4, 2)), config::dump(*random_scenario(settings, 4, 2)));
 }
 
+TEST(Generator, what_the_hand_holds_is_not_displaced) {
+  Scenario base = random_scenario({}, 3, 1).value();
+  base.objects[0].position.z() += 0.15;
+  base.robot_start.assign(14, 0.0);
+  base.held = Held{"c1"};
+  base.action = {"place", "c1", base.objects[1].name};
+  for (std::uint64_t index = 0; index < 20; ++index) {
+    const auto moved = displace(base, 0.03, 4, index);
+    ASSERT_TRUE(moved.ok()) << moved.error().message;
+    EXPECT_EQ(moved->scenario.objects[0].position, base.objects[0].position);
+    EXPECT_NE(moved->scenario.objects[1].position, base.objects[1].position);
+    EXPECT_LE((moved->scenario.objects[1].position - base.objects[1].position).cwiseAbs().maxCoeff(), 0.03);
+  }
+}
+
 TEST(Generator, no_displacement_leaves_positions_as_they_are) {
   const Scenario base = two_cylinders(0.12);
   const auto displaced = displace(base, 0, 1, 1);

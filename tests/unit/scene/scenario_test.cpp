@@ -135,8 +135,50 @@ TEST(Scenario, the_action_must_name_objects_of_the_scene) {
   EXPECT_TRUE(says(refusal(scenario), "must have one"));
   scenario.action = {};
   EXPECT_TRUE(says(refusal(scenario), "'action' is empty"));
+  scenario.action = {"stack", "c1", "table"};
+  EXPECT_TRUE(scenario.validate().ok());
+}
+
+/// c1 held 10 cm over the table, to be placed on b1.
+Scenario holding() {
+  Scenario scenario = good();
+  scenario.objects[0].position.z() += 0.1;
+  scenario.robot_start.assign(14, 0.0);
+  scenario.held = Held{"c1", {0, 0, 0.01}, {0.1, 0, 0}};
+  scenario.action = {"place", "c1", "b1"};
+  return scenario;
+}
+
+TEST(Scenario, an_object_in_the_hand_need_not_rest_on_the_table_but_everything_else_must_fit) {
+  EXPECT_TRUE(holding().validate().ok());
+  Scenario scenario = holding();
+  const auto again = read_scenario_text(config::dump(scenario), "text");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(config::dump(*again), config::dump(scenario));
+  EXPECT_NE(scene_id(*again), scene_id(good()));
+  EXPECT_EQ(config::dump(good()).find("held"), std::string::npos) << "scenes without have no such key";
   scenario.action = {"place", "c1", "table"};
   EXPECT_TRUE(scenario.validate().ok());
+  scenario.action = {"place", "b1", "c1"};
+  EXPECT_TRUE(says(refusal(scenario), "the hand does not hold 'b1'"));
+  scenario.action = {"place", "c1", "c1"};
+  EXPECT_TRUE(says(refusal(scenario), "on itself"));
+  scenario.action = {"place", "c1"};
+  EXPECT_TRUE(says(refusal(scenario), "must have two"));
+  scenario.action = {"grasp", "b1"};
+  EXPECT_TRUE(says(refusal(scenario), "free hand"));
+  scenario = holding();
+  scenario.held->object = "c9";
+  EXPECT_TRUE(says(refusal(scenario), "'held.object' is 'c9'"));
+  scenario = holding();
+  scenario.robot_start.clear();
+  EXPECT_TRUE(says(refusal(scenario), "'held' needs 'robot_start'"));
+  scenario = holding();
+  scenario.objects[0].position.z() -= 0.11;
+  EXPECT_TRUE(says(refusal(scenario), "deep in the table"));
+  scenario = holding();
+  scenario.held->position.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(says(refusal(scenario), "'held.position[0]'"));
 }
 
 TEST(Scenario, values_that_came_by_another_way_than_a_file_meet_the_same_bounds) {

@@ -132,6 +132,8 @@ TEST(Keys, differ_when_anything_in_the_request_differs) {
   expect_new([](Rollout& r) { r.scenario.objects[0].position.y() = 1e-300; });
   expect_new([](Rollout& r) { r.scenario.action[1] = "c2"; });
   expect_new([](Rollout& r) { r.scenario.robot_start = {0}; });
+  expect_new([](Rollout& r) { r.scenario.held = scene::Held{"c1"}; });
+  expect_new([](Rollout& r) { r.scenario.held = scene::Held{"c1", {0, 0, 1e-12}}; });
   expect_new([](Rollout& r) { r.estimate.objects[0].X_WO.translation().z() += 1e-12; });
   expect_new([](Rollout& r) { r.estimate.objects.clear(); });
   expect_new([](Rollout& r) { r.estimate.table.top_centre.x() += 1e-12; });

@@ -90,6 +90,7 @@ class Draw {
     out.robot_start = reals(14);
     out.action = words();
     out.camera_seed = bits();
+    if (coin()) out.held = scene::Held{word(), vector(-1, 1), vector()};
     return out;
   }
   scene::PointCloud cloud() {
@@ -187,6 +188,11 @@ class Draw {
     out.target_margin = real(-0.1, 0.1);
     out.max_joint_speed = real(0.1, 50);
     out.limit_margin = real(-1, 1);
+    out.place_criterion = coin() ? physics::PlaceCriterion::full : physics::PlaceCriterion::paper;
+    out.place_height = real(0.001, 0.1);
+    out.place_offset = real(0.001, 0.5);
+    out.place_tilt = real(0.001, 1.5);
+    out.place_speed = real(1e-4, 1);
     return out;
   }
   physics::JudgeRequest judge_request() {
@@ -206,7 +212,7 @@ class Draw {
     out.success = coin();
     out.final_pose_success = coin();
     out.path_clean = coin();
-    out.outcome = static_cast<physics::Outcome>(integer(0, 8));
+    out.outcome = static_cast<physics::Outcome>(integer(0, 12));
     out.reason = word();
     for (double* value : {&out.score, &out.displacement, &out.survival, &out.position_error, &out.clearance,
                           &out.target_clearance, &out.limit_margin, &out.max_speed, &out.path_length}) {
