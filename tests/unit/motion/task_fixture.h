@@ -80,9 +80,10 @@ struct Compared {
   int columns = 0, kinks = 0, nonzero = 0;
 };
 
-/// Columns of J against central differences of f about x.
+/// Columns of J against central differences of f about x, to `tolerance` of 1 + their norm.
 template <class F>
-void compare(const std::string& label, const Eigen::VectorXd& x, const Jacobian& J, F&& f, Compared& counts) {
+void compare(const std::string& label, const Eigen::VectorXd& x, const Jacobian& J, F&& f, Compared& counts,
+             double tolerance = 2e-4) {
   constexpr double kDifference = 1e-6;
   const Eigen::VectorXd phi = f(x);
   for (int j = 0; j < x.size(); ++j) {
@@ -95,7 +96,7 @@ void compare(const std::string& label, const Eigen::VectorXd& x, const Jacobian&
     }
     ++counts.columns;
     counts.nonzero += J.col(j).norm() > 1e-6;
-    ASSERT_LT((J.col(j) - (ahead - behind) / (2 * kDifference)).norm(), 2e-4 * (1 + J.col(j).norm()))
+    ASSERT_LT((J.col(j) - (ahead - behind) / (2 * kDifference)).norm(), tolerance * (1 + J.col(j).norm()))
         << label << " joint " << j;
   }
 }

@@ -38,10 +38,12 @@ class TaskVariablesOf : public testing::TestWithParam<const char*> {
     Eigen::VectorXd q(robot().joints());
     for (int j = 0; j < q.size(); ++j) q[j] = random.uniform(robot().lower()[j], robot().upper()[j]);
     if (i % 2 == 0) return q;
+    // From about home: a long chain that begins curled up does not get there.
+    q = robot().home() + 0.2 * (q - robot().home());
     const auto& frame = robot().grasp_frame();
     const Eigen::Vector3d goal =
         scene().target.X_WB.translation() +
-        Eigen::Vector3d(random.uniform(-.08, .08), random.uniform(-.08, .08), random.uniform(-.08, .08));
+        Eigen::Vector3d(random.uniform(-.06, .06), random.uniform(-.06, .06), random.uniform(0, .1));
     for (int k = 0; k < 100; ++k) {
       const auto at = robot().forward(q);
       const Eigen::Vector3d p = robot().pose(at, frame).translation();
@@ -75,6 +77,9 @@ class TaskVariablesOf : public testing::TestWithParam<const char*> {
   }
 };
 
+/// Boxes against cylinders and boxes are apart to 1e-9 m (GJK), which a step of 1e-6 turns into 1e-3 of a slope.
+constexpr double kRoundedByGjk = 2e-3;
+
 TEST_P(TaskVariablesOf, HaveJacobiansThatAgreeWithCentralDifferences) {
   const int n = robot().joints();
   for (const auto& entry : task_variables()) {
@@ -100,7 +105,8 @@ TEST_P(TaskVariablesOf, HaveJacobiansThatAgreeWithCentralDifferences) {
       Jacobian J = Jacobian::Constant(variable.size(), n, 1e9), J_v = J;
       variable.evaluate({q, kinematics, phase, v, kStep}, phi, &J);
       compare(
-          entry.name, q, J, [&](const Eigen::VectorXd& at) { return value(variable, at, v, phase); }, counts);
+          entry.name, q, J, [&](const Eigen::VectorXd& at) { return value(variable, at, v, phase); }, counts,
+          of_shapes ? kRoundedByGjk : 2e-4);
       if (!variable.moving()) continue;
       variable.velocity_jacobian({q, kinematics, phase, v, kStep}, J_v);
       compare(
