@@ -45,8 +45,32 @@ Reference reference_at(const Eigen::MatrixXd& q, double dt, double time) {
   return r;
 }
 
-/// Arm configurations that raise the grasp frame from q by `height`, its orientation kept, in equal parts: damped least
-/// squares.
+/// The damped least-squares step of the arm's joints for J dq = error that keeps their limits: a joint that would pass
+/// one stands still, and the others make up for it.
+Eigen::VectorXd limited_step(const robot::Robot& robot, const Eigen::VectorXd& q, Eigen::MatrixXd J,
+                             const Eigen::VectorXd& error) {
+  constexpr double kDamping = 3e-4;  // m²: directions in which a radian moves the hand by less than 2 cm are left alone
+  constexpr double kLargestStep = 0.02;  // rad
+  const Eigen::Index arm = J.cols();
+  Eigen::VectorXd step;
+  for (Eigen::Index pass = 0; pass < arm; ++pass) {
+    const Eigen::MatrixXd A = J.transpose() * J + kDamping * Eigen::MatrixXd::Identity(arm, arm);
+    step = A.ldlt().solve(J.transpose() * error).cwiseMax(-kLargestStep).cwiseMin(kLargestStep);
+    bool kept = true;
+    for (Eigen::Index i = 0; i < arm; ++i) {
+      const double to = q[i] + step[i];
+      if (step[i] == 0 || (to >= robot.lower()[i] && to <= robot.upper()[i])) continue;
+      J.col(i).setZero();
+      kept = false;
+    }
+    if (kept) return step;
+  }
+  return Eigen::VectorXd::Zero(arm);
+}
+
+/// Arm configurations that raise the grasp frame from q by `height` in equal parts, its orientation kept: as far as the
+/// arm can. Where it cannot, it goes less high, and smoothly: a lift is the judge's motion, and nothing that the plan
+/// should be blamed for.
 Eigen::MatrixXd lift_path(const robot::Robot& robot, Eigen::VectorXd q, double height, int parts) {
   Eigen::MatrixXd path(parts + 1, q.size());
   path.row(0) = q.transpose();
@@ -68,9 +92,7 @@ Eigen::MatrixXd lift_path(const robot::Robot& robot, Eigen::VectorXd q, double h
         J.middleRows(3 + 3 * axis, 3) =
             0.1 * robot.vector_jacobian(kinematics, body, X_WG.linear().col(axis)).leftCols(arm);
       }
-      const Eigen::MatrixXd A = J.transpose() * J + 1e-6 * Eigen::MatrixXd::Identity(arm, arm);
-      q.head(arm) += A.ldlt().solve(J.transpose() * error).cwiseMax(-0.1).cwiseMin(0.1);
-      q.head(arm) = q.head(arm).cwiseMax(robot.lower().head(arm)).cwiseMin(robot.upper().head(arm));
+      q.head(arm) += limited_step(robot, q, std::move(J), error);
     }
     path.row(part) = q.transpose();
   }
@@ -79,9 +101,11 @@ Eigen::MatrixXd lift_path(const robot::Robot& robot, Eigen::VectorXd q, double h
 
 class Simulation {
  public:
-  Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& target)
+  Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& target,
+             Recording* recording)
       : robot_(robot),
         request_(request),
+        recording_(recording),
         model_(std::move(model)),
         data_(model_),
         m_(model_.get()),
@@ -99,9 +123,12 @@ class Simulation {
     palm_ = mj_name2id(m_, mjOBJ_JOINT, robot.file().arm.back().joint.c_str());
     palm_ = m_->jnt_bodyid[palm_];
     q_ = request.q.row(0).transpose();
+    targets_ = Eigen::VectorXd::Zero(robot.hand_joints());
+    frozen_.assign(static_cast<std::size_t>(robot.hand_joints()), false);
     velocity_ = Eigen::VectorXd::Zero(q_.size());
     joints_.set(d_, q_);
     mj_forward(m_, d_);
+    contacts_ = ContactLog(m_);
   }
 
   int steps_in(double seconds) const { return static_cast<int>(std::lround(seconds / m_->opt.timestep)); }
@@ -116,19 +143,23 @@ class Simulation {
     drive_arm(reference, gains);
     const Eigen::VectorXd planned = reference.q.tail(robot_.hand_joints());
     if (fingers == Fingers::close) {
-      joints_.close(robot_, d_, planned);
+      close_fingers(planned);
     } else {
       for (int i = 0; i < robot_.hand_joints(); ++i)
         joints_.servo(robot_, d_, i, fingers == Fingers::hold ? targets_[i] : planned[i]);
     }
     mj_step2(m_, d_);
     ++steps_;
-    return !diverged(d_);
+    if (diverged(d_)) return false;
+    contacts_.record(m_, d_, steps_ * timestep());
+    if (recording_) keep_frame();
+    return true;
   }
 
+  /// Fingers that are still closing stop where they are.
   void freeze_fingers(const Eigen::VectorXd& planned) {
     mj_forward(m_, d_);
-    targets_ = joints_.frozen_targets(robot_, d_, planned.tail(robot_.hand_joints()));
+    freeze([](int) { return true; }, planned.tail(robot_.hand_joints()));
   }
 
   void update() { mj_forward(m_, d_); }
@@ -141,6 +172,7 @@ class Simulation {
   }
   const Eigen::VectorXd& q() const { return q_; }
   int steps() const { return steps_; }
+  const ContactLog& contacts() const { return contacts_; }
 
   symbols::WorldSnapshot world() const {
     symbols::WorldSnapshot world = snapshot(request_.scenario);
@@ -152,6 +184,40 @@ class Simulation {
   }
 
  private:
+  void keep_frame() {
+    const double time = steps_ * timestep();
+    auto& frames = recording_->frames;
+    if (!frames.empty() && time < frames.back().time + recording_->interval - 1e-9) return;
+    Recording::Frame frame{time, q_, {}};
+    for (const auto& object : request_.scenario.objects) frame.X_WO.push_back(body_pose(d_, model_.body(object.name)));
+    frames.push_back(std::move(frame));
+  }
+
+  /// As a hand with touch sensors closes: an object between thumb and fingers is held, and the fingers that hold it
+  /// press where they are from then on. Else the stronger side would push it through the hand.
+  void close_fingers(const Eigen::VectorXd& planned) {
+    const auto touching = joints_.touching(m_, d_, object_geom_);
+    if (joints_.grip(touching).opposed()) {
+      freeze([&](int finger) { return finger >= 0 && touching[static_cast<std::size_t>(finger)]; }, planned);
+    }
+    joints_.close(robot_, d_, planned);
+    for (int i = 0; i < robot_.hand_joints(); ++i) {
+      if (frozen_[static_cast<std::size_t>(i)]) joints_.servo(robot_, d_, i, targets_[i]);
+    }
+  }
+
+  /// Keeps the targets of joints of fingers that `stops`, where they have none yet.
+  template <class Stops>
+  void freeze(Stops stops, const Eigen::VectorXd& planned) {
+    const Eigen::VectorXd now = joints_.frozen_targets(robot_, d_, planned);
+    for (int i = 0; i < robot_.hand_joints(); ++i) {
+      auto frozen = frozen_[static_cast<std::size_t>(i)];  // a reference to the bit
+      if (frozen || !stops(joints_.finger_of_joint(i))) continue;
+      frozen = true;
+      targets_[i] = now[i];
+    }
+  }
+
   void drive_arm(const Reference& r, bool gains) {
     const int arm = robot_.arm_joints();
     Eigen::VectorXd wanted = Eigen::VectorXd::Zero(m_->nv), torque = wanted;
@@ -177,6 +243,7 @@ class Simulation {
 
   const robot::Robot& robot_;
   const JudgeRequest& request_;
+  Recording* recording_;
   Model model_;
   Data data_;
   mjModel* m_;
@@ -184,6 +251,8 @@ class Simulation {
   JointMap joints_;
   int object_body_, object_geom_, palm_ = 0;
   Eigen::VectorXd q_, velocity_, targets_;
+  std::vector<bool> frozen_;  // hand joints with a target of their own
+  ContactLog contacts_;
   int steps_ = 0;
 };
 
@@ -193,7 +262,10 @@ Execution finish(const Simulation& simulation, Execution execution, Outcome outc
   execution.trial.reason = reason;
   execution.trial.score = score;
   execution.trial.steps = simulation.steps();
-  if (outcome != Outcome::unstable) {
+  execution.contacts = simulation.contacts();
+  if (outcome == Outcome::unstable) {
+    execution.trial.reason += unstable_at(simulation.steps(), simulation.timestep());
+  } else {
     execution.trial.X_PO = simulation.X_PO();
     execution.world = simulation.world();
   }
@@ -244,9 +316,9 @@ Execution lift_and_hold(const robot::Robot& robot, Simulation& simulation, Execu
 }  // namespace
 
 Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request, const std::string& target,
-                          double position_error) {
+                          double position_error, Recording* recording) {
   PRIMO_ASSIGN(Model model, assemble(&robot, request.scenario, {.timestep = request.settings.timestep, .extra = {}}));
-  Simulation simulation(robot, request, std::move(model), target);
+  Simulation simulation(robot, request, std::move(model), target, recording);
   Execution execution;
   execution.world = snapshot(request.scenario);
   const double duration = request.dt * static_cast<double>(request.q.rows() - 1);

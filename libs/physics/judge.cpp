@@ -11,6 +11,7 @@
 #include "physics/aftermath.h"
 #include "physics/criteria.h"
 #include "physics/execution.h"
+#include "physics/survival.h"
 #include "robot/distance.h"
 #include "symbols/predicates.h"
 
@@ -23,6 +24,7 @@ constexpr double kLongestMotion = 120;    // s
 constexpr double kFingerBackOff = 0.4;    // rad
 constexpr Eigen::Index kMostSteps = 20000;
 constexpr std::size_t kMostObjects = 100;
+constexpr std::size_t kMostAmplitudes = 20;
 
 Error malformed(const std::string& message) { return {Code::data, "judge request: " + message}; }
 
@@ -30,6 +32,14 @@ Status check_settings(const JudgeSettings& settings) {
   // The bounds are those of the settings' own table of fields.
   struct Check {
     std::string broken;
+    void operator()(const char* name, const int& value, const config::Field& field) {
+      (*this)(name, static_cast<double>(value), field);
+    }
+    void operator()(const char* name, const std::vector<double>& values, const config::Field& field) {
+      if (values.size() > kMostAmplitudes)
+        broken = std::string("settings.") + name + " has more than " + std::to_string(kMostAmplitudes) + " numbers";
+      for (const double value : values) (*this)(name, value, field);
+    }
     void operator()(const char* name, const double& value, const config::Field& field) {
       if (std::isfinite(value) && value >= field.min && value <= field.max) return;
       broken = std::string("settings.") + name + " is " + std::to_string(value) + ", outside " +
@@ -211,6 +221,9 @@ Result<TrialResult> Judge::Impl::final_pose(const JudgeRequest& request, const s
   PRIMO_ASSIGN(auto workspace, take(key, shape, target.mass, request.settings.timestep));
   const Eigen::VectorXd opened = back_off(robot, q, shape, X_WO, kFingerBackOff);
   result = run_trial(robot, *workspace, opened, X_WP, X_WO, verdict.position_error, request.settings, request.seed);
+  if (result.outcome == Outcome::held) {
+    verdict.survivals = survival_table(robot, *workspace, opened, X_WP, X_WO, request.settings, request.seed);
+  }
   give_back(key, std::move(workspace));
   return result;
 }
@@ -263,7 +276,7 @@ void fill_criteria(const std::vector<Criterion>& found, Verdict& verdict) {
 
 }  // namespace
 
-Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
+Result<Verdict> Judge::evaluate(const JudgeRequest& request, Recording* recording) const {
   const auto& robot = impl_->robot;
   PRIMO_TRY(check_request(robot, request));
   const std::string name = request.scenario.action[1];
@@ -284,9 +297,11 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& request) const {
 
   TrialResult trial;
   if (request.mode == Mode::execute) {
-    PRIMO_ASSIGN(Execution execution, execute(robot, request, name, verdict.position_error));
+    PRIMO_ASSIGN(Execution execution, execute(robot, request, name, verdict.position_error, recording));
     trial = execution.trial;
     verdict.after = symbols::observe(execution.world);
+    verdict.contacts = execution.contacts.contacts();
+    verdict.unlisted_contacts = execution.contacts.unlisted();
   } else {
     PRIMO_ASSIGN(trial, impl_->final_pose(request, target, verdict));
   }

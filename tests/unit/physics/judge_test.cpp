@@ -8,10 +8,12 @@
 
 #include "grasp_fixture.h"
 #include "physics/criteria.h"
+#include "verdict_bytes.h"
 
 namespace primo::physics {
 namespace {
 
+using testing::bytes;
 using testing::hand_made_grasp;
 using testing::HandMadeGrasp;
 using testing::load_robot;
@@ -39,21 +41,6 @@ Verdict judged(const JudgeRequest& request) {
 JudgeRequest good_request(std::uint64_t seed = 1) {
   PRIMO_CHECK(world().good.has_value(), "the fixture finds a grasp");
   return request_for(world().scenario, *world().good, seed);
-}
-
-/// All that a verdict says, bit for bit.
-std::string bytes(const Verdict& v) {
-  std::string text = std::to_string(v.success) + std::to_string(v.final_pose_success) + std::to_string(v.path_clean) +
-                     config::enum_name(v.outcome) + v.reason + std::to_string(v.steps);
-  const auto add = [&](double value) { text.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  for (const double value : {v.score, v.displacement, v.survival, v.position_error, v.clearance, v.target_clearance,
-                             v.limit_margin, v.max_speed, v.path_length}) {
-    add(value);
-  }
-  for (const auto& criterion : v.criteria) text += criterion.name, add(criterion.value), add(criterion.margin);
-  for (const auto& literal : v.before) text += literal.text();
-  for (const auto& literal : v.after) text += literal.text();
-  return text;
 }
 
 TEST(Judge, a_good_grasp_is_held_and_changes_inhand_and_on) {
@@ -140,6 +127,11 @@ TEST(Judge, sweeping_through_the_target_passes_the_final_pose_but_is_no_success)
   EXPECT_FALSE(v.after.contains({"inhand", {"c1"}}));
   EXPECT_FALSE(v.after.contains({"upright", {"c1"}})) << "what the hand sweeps through falls over";
   EXPECT_TRUE(v.after.contains({"on", {"c1", "table"}}));
+  request.mode = Mode::execute;
+  const Verdict executed = judged(request);
+  EXPECT_FALSE(executed.final_pose_success) << "physics agrees: " << executed.reason;
+  EXPECT_FALSE(executed.success);
+  EXPECT_FALSE(executed.after.contains({"inhand", {"c1"}}));
 }
 
 TEST(Judge, an_obstacle_in_the_way_makes_the_path_unclean_and_falls_over) {
