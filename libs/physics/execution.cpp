@@ -156,10 +156,10 @@ class Simulation {
     return true;
   }
 
-  /// Fingers that are still closing stop where they are.
+  /// From here on all fingers press with their closing torque where they are, as after the trial of a final pose.
   void freeze_fingers(const Eigen::VectorXd& planned) {
     mj_forward(m_, d_);
-    freeze([](int) { return true; }, planned.tail(robot_.hand_joints()));
+    targets_ = joints_.frozen_targets(robot_, d_, planned.tail(robot_.hand_joints()));
   }
 
   void update() { mj_forward(m_, d_); }

@@ -106,10 +106,20 @@ BareStep bare_hand_steps(const robot::Robot& robot, const JudgeRequest& request)
   const Eigen::VectorXd q = request.q.bottomRows(1).transpose();
   const Pose X_WP = robot.forward(q).X_WB[static_cast<std::size_t>(robot.chain()[robot.arm_joints() - 1].body)];
   BareStep bare;
+  mjModel* model = workspace->model.get();
+  mjData* data = workspace->data.get();
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    run_trial(robot, *workspace, q, X_WP, object.X_WO(), 0, request.settings, seed);
+    const auto trial = run_trial(robot, *workspace, q, X_WP, object.X_WO(), 0, request.settings, seed);
+    const int closing = static_cast<int>(request.settings.close_seconds / request.settings.timestep);
     // As the trial left it: held, with the torques and forces of its last step.
-    bare.run(workspace->model.get(), workspace->data.get(), 100);
+    bare.run(model, data, trial.steps - closing);
+    // As it began: fingers closing in the air, then onto an object as heavy as a building.
+    mj_resetData(model, data);
+    workspace->joints.set(data, q);
+    set_free_joint(model, data, workspace->object_joint, X_WP.inverse(Eigen::Isometry) * object.X_WO());
+    std::fill_n(model->dof_armature + workspace->object_dof, 6, 1e5);
+    workspace->joints.close(robot, data, q.tail(robot.hand_joints()));
+    bare.run(model, data, closing);
   }
   return bare;
 }
@@ -135,7 +145,8 @@ BareStep bare_scene_steps(const robot::Robot& robot, const JudgeRequest& request
     for (int i = 0; i < (*model)->njnt; ++i) {
       if ((*model)->jnt_type[i] == mjJNT_FREE) std::fill_n(data->qfrc_applied + (*model)->jnt_dofadr[i], 6, 0.0);
     }
-    bare.run(model->get(), data.get(), 15);
+    for (int k = 0; k < 5; ++k) mj_step(model->get(), data.get());  // the solver starts warm in an execution, too
+    bare.run(model->get(), data.get(), 10);
   }
   return bare;
 }
