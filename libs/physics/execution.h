@@ -20,7 +20,7 @@ struct Execution {
 
 /// The arm's torque is M(q)(q̈* + K δ) + bias + kp (q* − q) + kd (q̇* − q̇), limited; q* is the cubic through the plan's
 /// rows, δ = (q − q*, q̇ − q̇*), K the request's feedback gains or none. Fingers follow the plan by their servos. Then:
-/// close, lift the grasp frame by 0.1 m, hold.
+/// close, lift the grasp frame by 0.1 m or as far as the arm can, hold (docs/decisions/0203).
 /// What happens is also written into `recording`, where there is one.
 /// @pre the request is valid (see Judge). Error: the scene cannot be assembled.
 Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request, const std::string& target,

@@ -146,6 +146,19 @@ std::string complaint(const std::vector<Criterion>& found) {
   return text;
 }
 
+/// The first joint that leaves its limits by more than the margin allows, in words.
+std::string first_beyond_limits(const robot::Robot& robot, const JudgeRequest& request) {
+  for (Eigen::Index t = 0; t < request.q.rows(); ++t) {
+    for (int i = 0; i < robot.joints(); ++i) {
+      const double q = request.q(t, i), lower = robot.lower()[i], upper = robot.upper()[i];
+      if (std::min(q - lower, upper - q) >= request.settings.limit_margin - 1e-6) continue;
+      return "joint " + robot.joint_names()[static_cast<std::size_t>(i)] + " is at " + number(q) + " rad in step " +
+             std::to_string(t) + ", its limits are " + number(lower) + " … " + number(upper);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 struct Judge::Impl {
@@ -318,6 +331,7 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& request, Recording* recordin
   aftermath.held = verdict.success;
   if (!verdict.path_clean) {
     verdict.reason += "; the path is not clean: " + complaint(verdict.criteria);
+    if (!verdict.criteria[2].met) verdict.reason += "; " + first_beyond_limits(robot, request);
     const bool refused = !verdict.criteria[2].met || !verdict.criteria[3].met;
     if (!verdict.criteria[0].met || !verdict.criteria[1].met) {
       const auto touched = first_touched(robot, request, name);

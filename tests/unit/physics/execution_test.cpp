@@ -153,25 +153,9 @@ TEST(Execution, a_neighbour_in_the_way_is_knocked_over) {
 TEST(Execution, an_object_swept_off_the_table_stands_on_it_no_more) {
   // In from the side, so that the thumb or the fingers push the object ahead of them, over the edge of a small table.
   JudgeRequest request = good_request(Mode::execute);
-  const auto& robot = world().robot;
-  const Eigen::VectorXd end = request.q.bottomRows(1).transpose();
-  const Pose X_WG = robot.pose(robot.forward(end), robot.grasp_frame());
-  Eigen::MatrixXd q(41, robot.joints());
-  const auto sweep_from = [&](double side) {
-    Eigen::VectorXd at = end;
-    for (int t = 40; t >= 0; --t) {
-      Pose X = X_WG;
-      X.translation() += X_WG.linear().col(0) * side * (40 - t) / 40;
-      const auto next = testing::arm_to(robot, at, X);
-      if (!next) return false;
-      at = *next;
-      q.row(t) = at.transpose();
-    }
-    return true;
-  };
-  ASSERT_TRUE(sweep_from(0.1) || sweep_from(-0.1));
-  request.q = q;
-  for (int i = 0; i < robot.joints(); ++i) request.scenario.robot_start[static_cast<std::size_t>(i)] = q(0, i);
+  const auto sweep = testing::sideways_sweep(world().robot, request.q.bottomRows(1).transpose());
+  ASSERT_TRUE(sweep.has_value());
+  testing::set_motion(request, *sweep);
   request.scenario.table.top_centre.head<2>() = request.scenario.objects[0].position.head<2>();
   request.scenario.table.size = {0.12, 0.12};
   const Verdict v = judged(request);

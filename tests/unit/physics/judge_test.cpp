@@ -98,27 +98,9 @@ TEST(Judge, a_hand_inside_the_object_is_refused_before_the_simulation_and_graded
 TEST(Judge, sweeping_through_the_target_passes_the_final_pose_but_is_no_success) {
   // The trap of judging final poses alone: in from the side, fingers through the object, to the same good end.
   JudgeRequest request = good_request();
-  const Eigen::VectorXd end = request.q.bottomRows(1).transpose();
-  const auto& robot = world().robot;
-  const Pose X_WG = robot.pose(robot.forward(end), robot.grasp_frame());
-  Eigen::MatrixXd q(41, robot.joints());
-  // Along the opposition, from whichever side the arm can: the thumb or the fingers have to cross the object.
-  const auto sweep_from = [&](double side) {
-    Eigen::VectorXd at = end;
-    for (int t = 40; t >= 0; --t) {
-      Pose X = X_WG;
-      X.translation() += X_WG.linear().col(0) * side * (40 - t) / 40;
-      const auto next = testing::arm_to(robot, at, X);
-      if (!next) return false;
-      at = *next;
-      q.row(t) = at.transpose();
-    }
-    return true;
-  };
-  ASSERT_TRUE(sweep_from(0.1) || sweep_from(-0.1));
-  q.row(40) = end.transpose();
-  request.q = q;
-  for (int i = 0; i < robot.joints(); ++i) request.scenario.robot_start[static_cast<std::size_t>(i)] = q(0, i);
+  const auto sweep = testing::sideways_sweep(world().robot, request.q.bottomRows(1).transpose());
+  ASSERT_TRUE(sweep.has_value());
+  testing::set_motion(request, *sweep);
   const Verdict v = judged(request);
   EXPECT_TRUE(v.final_pose_success) << v.reason;
   EXPECT_FALSE(v.path_clean);
@@ -164,6 +146,21 @@ TEST(Judge, a_motion_that_is_too_fast_is_refused_and_changes_nothing) {
   EXPECT_FALSE(v.success);
   EXPECT_TRUE(v.final_pose_success);
   EXPECT_EQ(v.after, v.before);
+}
+
+TEST(Judge, a_joint_beyond_its_limits_is_refused_by_name_in_both_modes) {
+  JudgeRequest request = good_request();
+  const auto& robot = world().robot;
+  request.q(10, 3) = robot.upper()[3] + 0.05;
+  for (const Mode mode : {Mode::final_pose, Mode::execute}) {
+    request.mode = mode;
+    const Verdict v = judged(request);
+    EXPECT_FALSE(v.success);
+    EXPECT_FALSE(v.path_clean);
+    EXPECT_NEAR(v.limit_margin, -0.05, 1e-9);
+    EXPECT_NE(v.reason.find("joint " + robot.joint_names()[3]), std::string::npos) << v.reason;
+    EXPECT_NE(v.reason.find("step 10"), std::string::npos) << v.reason;
+  }
 }
 
 TEST(Judge, a_verdict_depends_on_its_request_alone_in_any_order_and_thread) {
@@ -273,6 +270,13 @@ TEST(Judge, malformed_requests_are_errors_that_name_what_is_wrong) {
   EXPECT_NE(with([](auto& r) { r.scenario.action = {"grasp", "c7"}; }).find("c7"), std::string::npos);
   EXPECT_NE(with([](auto& r) { r.scenario.action = {"throw", "c1"}; }).find("throw"), std::string::npos);
   EXPECT_NE(with([](auto& r) { r.scenario.robot_start.resize(3); }).find("robot_start"), std::string::npos);
+  EXPECT_NE(with([](auto& r) { r.settings.survival_seeds = -1; }).find("survival_seeds"), std::string::npos);
+  EXPECT_NE(with([](auto& r) {
+              r.settings.survival_amplitudes = {1, -2};
+            }).find("survival_amplitudes"),
+            std::string::npos);
+  EXPECT_NE(with([](auto& r) { r.settings.survival_amplitudes.assign(21, 1); }).find("more than 20"),
+            std::string::npos);
   EXPECT_NE(with([](auto& r) {
               r.scenario.objects.push_back(r.scenario.objects[0]);
               r.scenario.objects.back().name = "c2";
