@@ -123,8 +123,6 @@ class Simulation {
     palm_ = mj_name2id(m_, mjOBJ_JOINT, robot.file().arm.back().joint.c_str());
     palm_ = m_->jnt_bodyid[palm_];
     q_ = request.q.row(0).transpose();
-    targets_ = Eigen::VectorXd::Zero(robot.hand_joints());
-    frozen_.assign(static_cast<std::size_t>(robot.hand_joints()), false);
     velocity_ = Eigen::VectorXd::Zero(q_.size());
     joints_.set(d_, q_);
     mj_forward(m_, d_);
@@ -143,7 +141,7 @@ class Simulation {
     drive_arm(reference, gains);
     const Eigen::VectorXd planned = reference.q.tail(robot_.hand_joints());
     if (fingers == Fingers::close) {
-      close_fingers(planned);
+      joints_.close(robot_, d_, planned);
     } else {
       for (int i = 0; i < robot_.hand_joints(); ++i)
         joints_.servo(robot_, d_, i, fingers == Fingers::hold ? targets_[i] : planned[i]);
@@ -193,31 +191,6 @@ class Simulation {
     frames.push_back(std::move(frame));
   }
 
-  /// As a hand with touch sensors closes: an object between thumb and fingers is held, and the fingers that hold it
-  /// press where they are from then on. Else the stronger side would push it through the hand.
-  void close_fingers(const Eigen::VectorXd& planned) {
-    const auto touching = joints_.touching(m_, d_, object_geom_);
-    if (joints_.grip(touching).opposed()) {
-      freeze([&](int finger) { return finger >= 0 && touching[static_cast<std::size_t>(finger)]; }, planned);
-    }
-    joints_.close(robot_, d_, planned);
-    for (int i = 0; i < robot_.hand_joints(); ++i) {
-      if (frozen_[static_cast<std::size_t>(i)]) joints_.servo(robot_, d_, i, targets_[i]);
-    }
-  }
-
-  /// Keeps the targets of joints of fingers that `stops`, where they have none yet.
-  template <class Stops>
-  void freeze(Stops stops, const Eigen::VectorXd& planned) {
-    const Eigen::VectorXd now = joints_.frozen_targets(robot_, d_, planned);
-    for (int i = 0; i < robot_.hand_joints(); ++i) {
-      auto frozen = frozen_[static_cast<std::size_t>(i)];  // a reference to the bit
-      if (frozen || !stops(joints_.finger_of_joint(i))) continue;
-      frozen = true;
-      targets_[i] = now[i];
-    }
-  }
-
   void drive_arm(const Reference& r, bool gains) {
     const int arm = robot_.arm_joints();
     Eigen::VectorXd wanted = Eigen::VectorXd::Zero(m_->nv), torque = wanted;
@@ -251,7 +224,6 @@ class Simulation {
   JointMap joints_;
   int object_body_, object_geom_, palm_ = 0;
   Eigen::VectorXd q_, velocity_, targets_;
-  std::vector<bool> frozen_;  // hand joints with a target of their own
   ContactLog contacts_;
   int steps_ = 0;
 };

@@ -52,11 +52,6 @@ JointMap::JointMap(const robot::Robot& robot, const mjModel* model)
     robot_body_[static_cast<std::size_t>(id)] = true;
   }
   for (const auto& tip : robot.fingertips()) thumb_.push_back(tip.thumb);
-  finger_of_joint_.assign(static_cast<std::size_t>(robot.hand_joints()), -1);
-  for (const auto& joint : robot.chain()) {
-    if (joint.index >= arm_)
-      finger_of_joint_[static_cast<std::size_t>(joint.index - arm_)] = fingers[static_cast<std::size_t>(joint.body)];
-  }
 }
 
 void JointMap::set(mjData* data, const Eigen::VectorXd& q) const {
@@ -104,7 +99,7 @@ Eigen::VectorXd JointMap::frozen_targets(const robot::Robot& robot, const mjData
   return targets;
 }
 
-std::vector<bool> JointMap::touching(const mjModel* model, const mjData* data, int object_geom) const {
+Grip JointMap::grip(const mjModel* model, const mjData* data, int object_geom) const {
   std::vector<bool> touching(thumb_.size(), false);
   for (int c = 0; c < data->ncon; ++c) {
     const mjContact& contact = data->contact[c];
@@ -113,14 +108,6 @@ std::vector<bool> JointMap::touching(const mjModel* model, const mjData* data, i
     const int finger = finger_of_body_[static_cast<std::size_t>(model->geom_bodyid[other])];
     if (finger >= 0) touching[static_cast<std::size_t>(finger)] = true;
   }
-  return touching;
-}
-
-Grip JointMap::grip(const mjModel* model, const mjData* data, int object_geom) const {
-  return grip(touching(model, data, object_geom));
-}
-
-Grip JointMap::grip(const std::vector<bool>& touching) const {
   Grip grip;
   for (std::size_t t = 0; t < touching.size(); ++t) {
     if (!touching[t]) continue;

@@ -40,11 +40,6 @@ class JointMap {
   Eigen::VectorXd frozen_targets(const robot::Robot& robot, const mjData* data, const Eigen::VectorXd& held) const;
 
   Grip grip(const mjModel* model, const mjData* data, int object_geom) const;
-  /// By fingertip, the thumb's included: whether any part of the finger touches `geom`; and what that makes of a grip.
-  std::vector<bool> touching(const mjModel* model, const mjData* data, int geom) const;
-  Grip grip(const std::vector<bool>& touching) const;
-  /// The fingertip whose finger hand joint i moves alone, or −1.
-  int finger_of_joint(int hand_joint) const { return finger_of_joint_[static_cast<std::size_t>(hand_joint)]; }
   /// Whether any geom of the robot touches `geom`.
   bool touches_robot(const mjModel* model, const mjData* data, int geom) const;
 
@@ -54,9 +49,8 @@ class JointMap {
     double offset = 0, ratio = 1;
   };
   std::vector<Slot> slots_;
-  std::vector<int> qpos_, dof_;       // by listed joint; −1: not in the model
-  std::vector<int> finger_of_body_;   // by model body: fingertip index, or −1
-  std::vector<int> finger_of_joint_;  // by hand joint: the same
+  std::vector<int> qpos_, dof_;      // by listed joint; −1: not in the model
+  std::vector<int> finger_of_body_;  // by model body: fingertip index, or −1
   std::vector<bool> robot_body_;
   std::vector<bool> thumb_;  // by fingertip
   int arm_ = 0;
