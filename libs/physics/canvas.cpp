@@ -185,7 +185,7 @@ Result<Image> Canvas::image(const View& view) {
   auto& scene = scene_->scene;
   aim(scene, view);
   scene.flags[mjRND_SHADOW] = 1;
-  scene.flags[mjRND_REFLECTION] = 1;
+  scene.flags[mjRND_REFLECTION] = quality_.reflections ? 1 : 0;
   scene.flags[mjRND_SKYBOX] = 1;
   const int finer = quality_.supersampling;
   PRIMO_ASSIGN(Image large, draw(model_, scene, width_ * finer, height_ * finer));

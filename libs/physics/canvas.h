@@ -19,6 +19,7 @@ class Canvas {
   struct Quality {
     int supersampling = 2;
     int shadows = 4096;  ///< pixels of the shadow map's side
+    bool reflections = true;
   };
 
   /// @pre `robot` (or null) outlives the canvas. Errors as of render_png().

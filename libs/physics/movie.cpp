@@ -182,7 +182,8 @@ Recording replay(const Eigen::MatrixXd& q, double dt, const scene::Scenario& sce
 Status render_movie(const fs::path& path, const robot::Robot& robot, const scene::Scenario& scenario,
                     const Eigen::MatrixXd& q, const Recording& recording, const MovieOptions& options) {
   PRIMO_TRY(check(robot, scenario, recording, options));
-  auto canvas = Canvas::create(&robot, scenario, options.picture, {.supersampling = 1, .shadows = 2048});
+  auto canvas =
+      Canvas::create(&robot, scenario, options.picture, {.supersampling = 1, .shadows = 1024, .reflections = false});
   if (!canvas.ok()) return canvas.error();
   fs::path unfinished = path;
   unfinished += ".part";

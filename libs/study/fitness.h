@@ -27,9 +27,9 @@ struct FitnessSettings {
   double path_length = 0.02;
   double path_length_cap = 50;
   double iterations = 0.001;
-  // How the graded terms hang together: 0 leaves each on its own.
-  double clean_share = 0;  // of the score, what counts only as far as the path is clean
-  double near = 0;         // m; the clearances count by exp(−e/near), e the grasp centre's distance at the end
+  // How the graded terms hang together (docs/decisions/0504); 0 leaves each on its own.
+  double clean_share = 0.8;  // of the score, what counts only as far as the path is clean
+  double near = 0;           // m; the clearances count by exp(−e/near), e the grasp centre's distance at the end
   template <class V>
   void visit(V&& v) {
     v("success", success, {.help = "weight of strict success with the rule's desired outcome", .min = 0, .max = 1e3});
