@@ -29,7 +29,9 @@ TEST(Fitness, adds_the_terms_of_its_definition) {
   v.limit_margin = -0.01;
   v.max_speed = 2.5;
   v.path_length = 3;
-  const double expected = 0.5 * 0.6 + 0.25 * 0.75 + 0.25 * 0.5 - 0.1 * 1.0 - 0.02 * 3 - 0.1 * 40 / 100.0;
+  // Four fifths of the score count only as far as the path is clean.
+  const double clean = 0.75 * 0.5, score = 0.6 * (0.2 + 0.8 * clean);
+  const double expected = 0.5 * score + 0.25 * 0.75 + 0.25 * 0.5 - 0.1 * 1.0 - 0.02 * 3 - 0.1 * 40 / 100.0;
   EXPECT_NEAR(trajectory_fitness(result, false, {}), expected, 1e-12);
 }
 
