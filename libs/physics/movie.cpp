@@ -65,6 +65,7 @@ class Encoder {
                                       "-y",
                                       output.string()};
     std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
     for (auto& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     posix_spawn_file_actions_t actions;
