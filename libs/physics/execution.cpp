@@ -17,7 +17,10 @@ Execution finish(const Simulation& simulation, Execution execution, Outcome outc
   execution.trial.reason = reason;
   execution.trial.score = score;
   execution.trial.steps = simulation.steps();
-  if (outcome != Outcome::unstable) {
+  execution.contacts = simulation.contacts();
+  if (outcome == Outcome::unstable) {
+    execution.trial.reason += unstable_at(simulation.steps(), simulation.timestep());
+  } else {
     execution.trial.X_PO = simulation.X_PO();
     execution.world = simulation.world();
   }
@@ -25,9 +28,9 @@ Execution finish(const Simulation& simulation, Execution execution, Outcome outc
 }
 
 Result<Execution> execute(const robot::Robot& robot, const JudgeRequest& request, const std::string& target,
-                          double position_error) {
+                          double position_error, Recording* recording) {
   PRIMO_ASSIGN(Model model, assemble(&robot, request.scenario, {.timestep = request.settings.timestep, .extra = {}}));
-  Simulation simulation(robot, request, std::move(model), target);
+  Simulation simulation(robot, request, std::move(model), target, recording);
   Execution execution;
   execution.world = snapshot(request.scenario);
   const bool place = request.scenario.held.has_value();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace primo::physics {
 namespace {
@@ -89,6 +90,7 @@ class Trial {
   const char* holders() const { return w_.joints.holders(); }
   double displacement() const { return displacement_; }
   int steps() const { return steps_; }
+  double timestep() const { return settings_.timestep; }
   double survival() const {
     const int steps = count(settings_.jiggle_seconds);
     return steps > 0 ? static_cast<double>(shaken_) / steps : 1.0;
@@ -140,7 +142,7 @@ class Trial {
 TrialResult diverged_result(const Trial& trial) {
   TrialResult result;
   result.outcome = Outcome::unstable;
-  result.reason = "the simulation diverged";
+  result.reason = "the simulation of hand and object diverged" + unstable_at(trial.steps(), trial.timestep());
   result.steps = trial.steps();
   return result;
 }
@@ -180,6 +182,12 @@ TrialResult shake_object(Trial& trial, const JudgeSettings& settings) {
 }
 
 }  // namespace
+
+std::string unstable_at(int steps, double timestep) {
+  char text[64];
+  std::snprintf(text, sizeof text, " at step %d (%.4g s)", steps, steps * timestep);
+  return text;
+}
 
 double miss_score(double position_error) { return 0.25 * std::exp(-position_error / 0.05); }
 

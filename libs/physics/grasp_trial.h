@@ -41,6 +41,9 @@ struct TrialResult {
 TrialResult run_trial(const robot::Robot& robot, HandWorkspace& workspace, const Eigen::VectorXd& q, const Pose& X_WP,
                       const Pose& X_WO, double position_error, const JudgeSettings& settings, std::uint64_t seed);
 
+/// " at step 12 (0.024 s)": where a simulation diverged.
+std::string unstable_at(int steps, double timestep);
+
 /// s of a hand that misses the object, and of one that starts inside it by more than the limit (penetration, limit: m).
 double miss_score(double position_error);
 double penetration_score(double position_error, double penetration, double limit);

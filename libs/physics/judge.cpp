@@ -12,6 +12,7 @@
 #include "physics/criteria.h"
 #include "physics/execution.h"
 #include "physics/place_trial.h"
+#include "physics/survival.h"
 #include "robot/distance.h"
 #include "scene/held.h"
 #include "symbols/predicates.h"
@@ -25,6 +26,7 @@ constexpr double kLongestMotion = 120;    // s
 constexpr double kFingerBackOff = 0.4;    // rad
 constexpr Eigen::Index kMostSteps = 20000;
 constexpr std::size_t kMostObjects = 100;
+constexpr std::size_t kMostAmplitudes = 20;
 
 Error malformed(const std::string& message) { return {Code::data, "judge request: " + message}; }
 
@@ -33,6 +35,14 @@ Status check_settings(const JudgeSettings& settings) {
   struct Check {
     std::string broken;
     void operator()(const char*, const PlaceCriterion&, const config::Field&) {}
+    void operator()(const char* name, const int& value, const config::Field& field) {
+      (*this)(name, static_cast<double>(value), field);
+    }
+    void operator()(const char* name, const std::vector<double>& values, const config::Field& field) {
+      if (values.size() > kMostAmplitudes)
+        broken = std::string("settings.") + name + " has more than " + std::to_string(kMostAmplitudes) + " numbers";
+      for (const double value : values) (*this)(name, value, field);
+    }
     void operator()(const char* name, const double& value, const config::Field& field) {
       if (std::isfinite(value) && value >= field.min && value <= field.max) return;
       broken = std::string("settings.") + name + " is " + std::to_string(value) + ", outside " +
@@ -158,6 +168,19 @@ std::string complaint(const std::vector<Criterion>& found) {
   return text;
 }
 
+/// The first joint that leaves its limits by more than the margin allows, in words.
+std::string first_beyond_limits(const robot::Robot& robot, const JudgeRequest& request) {
+  for (Eigen::Index t = 0; t < request.q.rows(); ++t) {
+    for (int i = 0; i < robot.joints(); ++i) {
+      const double q = request.q(t, i), lower = robot.lower()[i], upper = robot.upper()[i];
+      if (std::min(q - lower, upper - q) >= request.settings.limit_margin - 1e-6) continue;
+      return "joint " + robot.joint_names()[static_cast<std::size_t>(i)] + " is at " + number(q) + " rad in step " +
+             std::to_string(t) + ", its limits are " + number(lower) + " … " + number(upper);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 struct Judge::Impl {
@@ -235,6 +258,9 @@ Result<TrialResult> Judge::Impl::final_pose(const JudgeRequest& request, const s
   PRIMO_ASSIGN(auto workspace, take(key, shape, target.mass, request.settings.timestep));
   const Eigen::VectorXd opened = back_off(robot, q, shape, X_WO, kFingerBackOff);
   result = run_trial(robot, *workspace, opened, X_WP, X_WO, verdict.position_error, request.settings, request.seed);
+  if (result.outcome == Outcome::held) {
+    verdict.survivals = survival_table(robot, *workspace, opened, X_WP, X_WO, request.settings, request.seed);
+  }
   give_back(key, std::move(workspace));
   return result;
 }
@@ -303,7 +329,7 @@ void say_whether_on(const scene::Scenario& scenario, Verdict& verdict) {
 
 }  // namespace
 
-Result<Verdict> Judge::evaluate(const JudgeRequest& asked) const {
+Result<Verdict> Judge::evaluate(const JudgeRequest& asked, Recording* recording) const {
   const auto& robot = impl_->robot;
   PRIMO_TRY(check_request(robot, asked));
   const bool place = asked.scenario.held.has_value();
@@ -330,9 +356,11 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& asked) const {
   TrialResult trial;
   std::optional<symbols::WorldSnapshot> world;  // at the end, when all of the scene was simulated
   if (request.mode == Mode::execute) {
-    PRIMO_ASSIGN(Execution execution, execute(robot, request, name, verdict.position_error));
+    PRIMO_ASSIGN(Execution execution, execute(robot, request, name, verdict.position_error, recording));
     trial = std::move(execution.trial);
     world = std::move(execution.world);
+    verdict.contacts = execution.contacts.contacts();
+    verdict.unlisted_contacts = execution.contacts.unlisted();
   } else if (place) {
     PRIMO_ASSIGN(Execution execution, impl_->places.run(request, q_end));
     trial = std::move(execution.trial);
@@ -354,6 +382,7 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& asked) const {
   aftermath.held = verdict.success;
   if (!verdict.path_clean) {
     verdict.reason += "; the path is not clean: " + complaint(verdict.criteria);
+    if (!verdict.criteria[2].met) verdict.reason += "; " + first_beyond_limits(robot, request);
     const bool refused = !verdict.criteria[2].met || !verdict.criteria[3].met;
     if (!verdict.criteria[0].met || !verdict.criteria[1].met) {
       const auto touched = first_touched(robot, request, name);

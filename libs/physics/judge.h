@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "core/result.h"
+#include "physics/recording.h"
 #include "physics/verdict.h"
 #include "robot/robot.h"
 
@@ -26,7 +27,8 @@ class Judge {
   /// Error (Code::data): a malformed request: wrong sizes, numbers that are not finite, an unknown action or object, a
   /// scenario that is not valid. A well-formed plan that is merely bad gets a verdict. Error (Code::config): MuJoCo
   /// refuses the robot's model.
-  Result<Verdict> evaluate(const JudgeRequest& request) const;
+  /// `recording`, where there is one, gets the states of an execution; it does not change the verdict.
+  Result<Verdict> evaluate(const JudgeRequest& request, Recording* recording = nullptr) const;
 
   const robot::Robot& robot() const;
 

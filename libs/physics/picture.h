@@ -38,10 +38,12 @@ Status render_png(const std::filesystem::path& path, const robot::Robot* robot, 
                   const Eigen::VectorXd& q, const PictureOptions& options = {});
 
 /// A motion q_0 … q_T (rows) in one picture: the robot at the end, its start and its middle as ghosts, and
-/// the path of the grasp centre as a line, solid or dashed.
+/// the path of the grasp centre as a line, solid or dashed. Another motion's path can be drawn beside it, the other
+/// way.
 struct MotionPictureOptions {
   PictureOptions picture;
   bool dashed = false;
+  const Eigen::MatrixXd* compare = nullptr;  ///< rows: another motion of this robot, in blue
 };
 Status render_motion_png(const std::filesystem::path& path, const robot::Robot& robot, const scene::Scenario& scenario,
                          const Eigen::MatrixXd& q, const MotionPictureOptions& options = {});

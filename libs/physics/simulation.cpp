@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "physics/aftermath.h"
 
@@ -35,6 +36,33 @@ Reference at_rest(const Eigen::VectorXd& q) {
   return {q, Eigen::VectorXd::Zero(q.size()), Eigen::VectorXd::Zero(q.size()), 0};
 }
 
+namespace {
+
+/// The damped least-squares step of the arm's joints for J dq = error that keeps their limits: a joint that would pass
+/// one stands still, and the others make up for it.
+Eigen::VectorXd limited_step(const robot::Robot& robot, const Eigen::VectorXd& q, Eigen::MatrixXd J,
+                             const Eigen::VectorXd& error) {
+  constexpr double kDamping = 3e-4;  // m²: directions in which a radian moves the hand by less than 2 cm are left alone
+  constexpr double kLargestStep = 0.02;  // rad
+  const Eigen::Index arm = J.cols();
+  Eigen::VectorXd step;
+  for (Eigen::Index pass = 0; pass < arm; ++pass) {
+    const Eigen::MatrixXd A = J.transpose() * J + kDamping * Eigen::MatrixXd::Identity(arm, arm);
+    step = A.ldlt().solve(J.transpose() * error).cwiseMax(-kLargestStep).cwiseMin(kLargestStep);
+    bool kept = true;
+    for (Eigen::Index i = 0; i < arm; ++i) {
+      const double to = q[i] + step[i];
+      if (step[i] == 0 || (to >= robot.lower()[i] && to <= robot.upper()[i])) continue;
+      J.col(i).setZero();
+      kept = false;
+    }
+    if (kept) return step;
+  }
+  return Eigen::VectorXd::Zero(arm);
+}
+
+}  // namespace
+
 Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, const Eigen::Vector3d& along, int parts) {
   Eigen::MatrixXd path(parts + 1, q.size());
   path.row(0) = q.transpose();
@@ -56,18 +84,18 @@ Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, cons
         J.middleRows(3 + 3 * axis, 3) =
             0.1 * robot.vector_jacobian(kinematics, body, X_WG.linear().col(axis)).leftCols(arm);
       }
-      const Eigen::MatrixXd A = J.transpose() * J + 1e-6 * Eigen::MatrixXd::Identity(arm, arm);
-      q.head(arm) += A.ldlt().solve(J.transpose() * error).cwiseMax(-0.1).cwiseMin(0.1);
-      q.head(arm) = q.head(arm).cwiseMax(robot.lower().head(arm)).cwiseMin(robot.upper().head(arm));
+      q.head(arm) += limited_step(robot, q, std::move(J), error);
     }
     path.row(part) = q.transpose();
   }
   return path;
 }
 
-Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& object)
+Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& object,
+                       Recording* recording)
     : robot_(robot),
       request_(request),
+      recording_(recording),
       model_(std::move(model)),
       data_(model_),
       m_(model_.get()),
@@ -88,6 +116,7 @@ Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, M
   velocity_ = Eigen::VectorXd::Zero(q_.size());
   joints_.set(d_, q_);
   mj_forward(m_, d_);
+  contacts_ = ContactLog(m_);
 }
 
 bool Simulation::step(const Reference& reference, Fingers fingers, bool gains) {
@@ -103,7 +132,19 @@ bool Simulation::step(const Reference& reference, Fingers fingers, bool gains) {
   }
   mj_step2(m_, d_);
   ++steps_;
-  return !diverged(d_);
+  if (diverged(d_)) return false;
+  contacts_.record(m_, d_, steps_ * timestep());
+  if (recording_) keep_frame();
+  return true;
+}
+
+void Simulation::keep_frame() {
+  const double time = steps_ * timestep();
+  auto& frames = recording_->frames;
+  if (!frames.empty() && time < frames.back().time + recording_->interval - 1e-9) return;
+  Recording::Frame frame{time, q_, {}};
+  for (const auto& object : request_.scenario.objects) frame.X_WO.push_back(body_pose(d_, model_.body(object.name)));
+  frames.push_back(std::move(frame));
 }
 
 void Simulation::freeze_fingers(const Eigen::VectorXd& planned) {

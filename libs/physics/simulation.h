@@ -4,7 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "physics/contact_log.h"
 #include "physics/joint_map.h"
+#include "physics/recording.h"
 #include "physics/verdict.h"
 #include "robot/robot.h"
 #include "symbols/snapshot.h"
@@ -22,13 +24,16 @@ Reference reference_at(const Eigen::MatrixXd& q, double dt, double time);
 Reference at_rest(const Eigen::VectorXd& q);
 
 /// Arm configurations that move the grasp frame from q straight by `along` (m, in W), its orientation kept, in `parts`
-/// parts, slow at both ends: damped least squares within the limits, which stops short of what the arm cannot reach.
+/// parts, slow at both ends: as far as the arm can. Where it cannot, it goes less far, and smoothly: this is the judge's
+/// motion, and nothing that a plan should be blamed for (docs/decisions/0203).
 Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, const Eigen::Vector3d& along, int parts);
 
 class Simulation {
  public:
-  /// `object`: what displacements and grips are measured of.
-  Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& object);
+  /// `object`: what displacements and grips are measured of. What happens is also written into `recording`, where there
+  /// is one.
+  Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& object,
+             Recording* recording = nullptr);
 
   int steps_in(double seconds) const { return static_cast<int>(std::lround(seconds / m_->opt.timestep)); }
   double timestep() const { return m_->opt.timestep; }
@@ -64,15 +69,18 @@ class Simulation {
   double tracking_error(const Reference& r) const;
   const Eigen::VectorXd& q() const { return q_; }
   int steps() const { return steps_; }
+  const ContactLog& contacts() const { return contacts_; }
 
   /// The scenario's bodies where they are now, nothing in the hand. @pre positions are up to date (update())
   symbols::WorldSnapshot world() const;
 
  private:
   void drive_arm(const Reference& r, Fingers fingers, bool gains);
+  void keep_frame();
 
   const robot::Robot& robot_;
   const JudgeRequest& request_;
+  Recording* recording_;
   Model model_;
   Data data_;
   mjModel* m_;
@@ -80,6 +88,7 @@ class Simulation {
   JointMap joints_;
   int object_body_, object_geom_, palm_ = 0;
   Eigen::VectorXd q_, velocity_, targets_;
+  ContactLog contacts_;
   int steps_ = 0;
 };
 

@@ -77,6 +77,10 @@ struct JudgeSettings {
   double place_offset = 0.03;  // m, between the centres: beyond, cylinders of the paper's size are about to tip
   double place_tilt = 0.1;     // rad
   double place_speed = 0.02;   // m/s, of any point of a body at rest
+  // A held final pose is shaken again, survival_seeds times at each amplitude (times the jiggle's rms). Off: it costs a
+  // trial each, and the verdict does not depend on it.
+  std::vector<double> survival_amplitudes = {0.5, 1.0, 1.5};
+  int survival_seeds = 0;
   template <class V>
   void visit(V&& v) {
     v("timestep", timestep, {.help = "of the simulation", .unit = "s", .min = 1e-4, .max = 0.01});
@@ -103,6 +107,10 @@ struct JudgeSettings {
     v("place_tilt", place_tilt, {.help = "of a placed object's axis", .unit = "rad", .min = 0.001, .max = 1.5});
     v("place_speed", place_speed,
       {.help = "below which a placed object is at rest", .unit = "m/s", .min = 1e-4, .max = 1});
+    v("survival_amplitudes", survival_amplitudes,
+      {.help = "of the survival table, times the jiggle's rms", .min = 0, .max = 10});
+    v("survival_seeds", survival_seeds,
+      {.help = "jiggles at each amplitude of the survival table; 0: no table", .min = 0, .max = 1000});
   }
 };
 
@@ -112,6 +120,22 @@ struct Criterion {
   double value = 0;
   double margin = 0;
   bool met = false;
+};
+
+/// How a grasp fares in jiggles of one amplitude, with seeds of their own: a signal finer than one jiggle's verdict.
+struct Survival {
+  double amplitude = 1;     ///< times the settings' rms
+  int seeds = 0;            ///< jiggles
+  int held = 0;             ///< of them
+  double survival = 0;      ///< mean fraction of the jiggle survived
+  double displacement = 0;  ///< m, mean of the largest in the palm frame
+};
+
+/// Two bodies that touched while a motion was executed. Bodies are the robot's links, objects, the table, the floor.
+struct Contact {
+  std::string first, second;  ///< of the scene last, of the robot first
+  double begin = 0, end = 0;  ///< s since the start: the first and the last time they touched
+  double peak_force = 0;      ///< N, largest sum of their normal forces
 };
 
 struct JudgeRequest {
@@ -143,7 +167,11 @@ struct Verdict {
   std::vector<Criterion> criteria;  ///< of the path; of a place also those of PlaceEnd, on and on_paper
   symbols::State before, after;     ///< ground literals from geometry and contact
   std::vector<std::string> objects;
-  int steps = 0;  ///< simulated
+  int steps = 0;                    ///< simulated
+  std::vector<Survival> survivals;  ///< by amplitude; empty unless it was asked for and the final pose held
+  std::vector<Contact> contacts;    ///< of Mode::execute, in the order of their beginnings; at most kMostContacts pairs
+  int unlisted_contacts = 0;        ///< pairs that touched beyond those
+  static constexpr int kMostContacts = 128;
 };
 
 }  // namespace primo::physics

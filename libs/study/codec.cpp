@@ -9,6 +9,49 @@ namespace {
 
 using json::Json;
 
+Json to_json(const physics::Survival& s) {
+  return {{"amplitude", json::number(s.amplitude)},
+          {"seeds", s.seeds},
+          {"held", s.held},
+          {"survival", json::number(s.survival)},
+          {"displacement", json::number(s.displacement)}};
+}
+
+physics::Survival survival_from(const Json& at) {
+  physics::Survival s;
+  json::get(at, "amplitude", s.amplitude);
+  json::get(at, "seeds", s.seeds);
+  json::get(at, "held", s.held);
+  json::get(at, "survival", s.survival);
+  json::get(at, "displacement", s.displacement);
+  return s;
+}
+
+Json to_json(const physics::Contact& c) {
+  return {{"first", c.first},
+          {"second", c.second},
+          {"begin", json::number(c.begin)},
+          {"end", json::number(c.end)},
+          {"peak_force", json::number(c.peak_force)}};
+}
+
+physics::Contact contact_from(const Json& at) {
+  physics::Contact c;
+  json::get(at, "first", c.first);
+  json::get(at, "second", c.second);
+  json::get(at, "begin", c.begin);
+  json::get(at, "end", c.end);
+  json::get(at, "peak_force", c.peak_force);
+  return c;
+}
+
+template <class T>
+Json list_of(const std::vector<T>& values) {
+  Json list = Json::array();
+  for (const auto& value : values) list.push_back(to_json(value));
+  return list;
+}
+
 Json to_json(const physics::Verdict& v) {
   Json criteria = Json::array();
   for (const auto& c : v.criteria) {
@@ -33,7 +76,10 @@ Json to_json(const physics::Verdict& v) {
           {"before", json::state(v.before)},
           {"after", json::state(v.after)},
           {"objects", json::strings(v.objects)},
-          {"steps", v.steps}};
+          {"steps", v.steps},
+          {"survivals", list_of(v.survivals)},
+          {"contacts", list_of(v.contacts)},
+          {"unlisted_contacts", v.unlisted_contacts}};
 }
 
 physics::Verdict verdict_from(const Json& at) {
@@ -64,6 +110,9 @@ physics::Verdict verdict_from(const Json& at) {
   json::get(at, "after", v.after);
   json::get(at, "objects", v.objects);
   json::get(at, "steps", v.steps);
+  for (const auto& row : json::array(at, "survivals")) v.survivals.push_back(survival_from(row));
+  for (const auto& contact : json::array(at, "contacts")) v.contacts.push_back(contact_from(contact));
+  json::get(at, "unlisted_contacts", v.unlisted_contacts);
   return v;
 }
 

@@ -54,6 +54,12 @@ bool limits_kept(const physics::Verdict& verdict) {
   return verdict.limit_margin >= 0;
 }
 
+/// How far the clearances of a motion count: one that stays away from everything has earned nothing by it.
+double nearness(const physics::Verdict& verdict, double near) {
+  if (near <= 0) return 1;
+  return std::isnan(verdict.position_error) ? 0 : std::exp(-std::max(0.0, verdict.position_error) / near);
+}
+
 }  // namespace
 
 Status FitnessSettings::validate() const {
@@ -98,10 +104,10 @@ double trajectory_fitness(const RolloutResult& result, bool success, const Fitne
   const bool judged = v.outcome != physics::Outcome::bad_plan && v.outcome != physics::Outcome::unstable;
   if (!judged) return std::min(g, 0.0);
   g += settings.success * (success ? 1.0 : 0.0);
-  g += settings.score * ramp(v.score, 0, 1);
-  g += settings.clearance * ramp(v.clearance, settings.clearance_from, settings.clearance_to);
-  g += settings.target_clearance *
-       ramp(v.target_clearance, settings.target_clearance_from, settings.target_clearance_to);
+  const double clear = ramp(v.clearance, settings.clearance_from, settings.clearance_to);
+  const double target_clear = ramp(v.target_clearance, settings.target_clearance_from, settings.target_clearance_to);
+  g += settings.score * ramp(v.score, 0, 1) * (1 - settings.clean_share * (1 - clear * target_clear));
+  g += nearness(v, settings.near) * (settings.clearance * clear + settings.target_clearance * target_clear);
   g += settings.limits * (limits_kept(v) ? 1.0 : 0.0);
   return g;
 }

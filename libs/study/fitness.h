@@ -27,6 +27,9 @@ struct FitnessSettings {
   double path_length = 0.02;
   double path_length_cap = 50;
   double iterations = 0.001;
+  // How the graded terms hang together (docs/decisions/0504); 0 leaves each on its own.
+  double clean_share = 0.8;  // of the score, what counts only as far as the path is clean
+  double near = 0;           // m; the clearances count by exp(−e/near), e the grasp centre's distance at the end
   template <class V>
   void visit(V&& v) {
     v("success", success, {.help = "weight of strict success with the rule's desired outcome", .min = 0, .max = 1e3});
@@ -46,6 +49,13 @@ struct FitnessSettings {
     v("path_length", path_length, {.help = "loss per rad of path", .min = 0, .max = 1e3});
     v("path_length_cap", path_length_cap,
       {.help = "length that is counted at most", .unit = "rad", .min = 0, .max = 1e4});
+    v("clean_share", clean_share,
+      {.help = "share of the score that counts only as far as the path is clean", .min = 0, .max = 1});
+    v("near", near,
+      {.help = "distance of hand to object at which clearances count 1/e; 0: anywhere",
+       .unit = "m",
+       .min = 0,
+       .max = 10});
     v("iterations", iterations, {.help = "loss per iteration of the planner", .min = 0, .max = 1e3});
   }
   Status validate() const;

@@ -23,6 +23,8 @@ msg::JudgeSettings to_wire(const physics::JudgeSettings& settings) {
   out.place_offset(settings.place_offset);
   out.place_tilt(settings.place_tilt);
   out.place_speed(settings.place_speed);
+  out.survival_amplitudes(settings.survival_amplitudes);
+  out.survival_seeds(settings.survival_seeds);
   return out;
 }
 
@@ -45,6 +47,8 @@ Result<physics::JudgeSettings> from_wire(const msg::JudgeSettings& message) {
   out.place_offset = message.place_offset();
   out.place_tilt = message.place_tilt();
   out.place_speed = message.place_speed();
+  out.survival_amplitudes = message.survival_amplitudes();
+  out.survival_seeds = message.survival_seeds();
   PRIMO_TRY(check_fields("settings", out));
   return out;
 }
@@ -76,6 +80,51 @@ Result<physics::JudgeRequest> from_wire(const msg::JudgeRequest& message) {
   return out;
 }
 
+namespace {
+
+msg::Survival to_wire(const physics::Survival& row) {
+  msg::Survival out;
+  out.amplitude(row.amplitude);
+  out.seeds(row.seeds);
+  out.held(row.held);
+  out.survival(row.survival);
+  out.displacement(row.displacement);
+  return out;
+}
+
+msg::Contact to_wire(const physics::Contact& contact) {
+  msg::Contact out;
+  out.first(contact.first);
+  out.second(contact.second);
+  out.begin(contact.begin);
+  out.end(contact.end);
+  out.peak_force(contact.peak_force);
+  return out;
+}
+
+/// The lists of a verdict that say more than its numbers do.
+Status read_details(const msg::Verdict& message, physics::Verdict& out) {
+  PRIMO_TRY(check_count("verdict.survivals", message.survivals().size()));
+  for (const msg::Survival& row : message.survivals()) {
+    PRIMO_TRY(
+        check_finite("verdict.survivals", std::vector<double>{row.amplitude(), row.survival(), row.displacement()}));
+    if (row.seeds() < 0 || row.held() < 0 || row.held() > row.seeds())
+      return malformed("verdict.survivals", "holds more often than it was shaken");
+    out.survivals.push_back({row.amplitude(), row.seeds(), row.held(), row.survival(), row.displacement()});
+  }
+  PRIMO_TRY(check_count("verdict.contacts", message.contacts().size(), physics::Verdict::kMostContacts));
+  for (const msg::Contact& contact : message.contacts()) {
+    PRIMO_TRY(check_texts("verdict.contacts", {contact.first(), contact.second()}));
+    PRIMO_TRY(
+        check_finite("verdict.contacts", std::vector<double>{contact.begin(), contact.end(), contact.peak_force()}));
+    out.contacts.push_back({contact.first(), contact.second(), contact.begin(), contact.end(), contact.peak_force()});
+  }
+  out.unlisted_contacts = message.unlisted_contacts();
+  return success();
+}
+
+}  // namespace
+
 msg::Verdict to_wire(const physics::Verdict& verdict) {
   msg::Verdict out;
   out.success(verdict.success);
@@ -104,6 +153,9 @@ msg::Verdict to_wire(const physics::Verdict& verdict) {
   out.after(to_wire(verdict.after));
   out.objects(verdict.objects);
   out.steps(verdict.steps);
+  for (const auto& row : verdict.survivals) out.survivals().push_back(to_wire(row));
+  for (const auto& contact : verdict.contacts) out.contacts().push_back(to_wire(contact));
+  out.unlisted_contacts(verdict.unlisted_contacts);
   return out;
 }
 
@@ -139,6 +191,7 @@ Result<physics::Verdict> from_wire(const msg::Verdict& message) {
   PRIMO_TRY(check_texts("verdict.objects", message.objects()));
   out.objects = message.objects();
   out.steps = message.steps();
+  PRIMO_TRY(read_details(message, out));
   return out;
 }
 

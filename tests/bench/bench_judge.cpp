@@ -1,13 +1,18 @@
-// What a judgement costs, by stage and mode, and how often a good hand-made grasp is held as the jiggle grows. Thread
-// CPU time.
+// What a judgement costs, by mode and stage, against bare mj_step on the same model and states, and how often a good
+// hand-made grasp is held as the jiggle grows. Thread CPU time.
+//   bench_judge [--json] [--runs N]
+#include <sys/resource.h>
 #include <time.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "core/statistics.h"
 #include "physics/criteria.h"
 #include "physics/place_trial.h"
+#include "physics/execution.h"
 #include "unit/physics/grasp_fixture.h"
 #include "unit/physics/place_fixture.h"
 
@@ -15,6 +20,7 @@ namespace {
 
 using namespace primo;
 using namespace primo::physics;
+using Json = nlohmann::ordered_json;
 
 double cpu_ms() {
   timespec now{};
@@ -22,26 +28,159 @@ double cpu_ms() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-nlohmann::ordered_json summary(std::vector<double> ms) {
-  std::sort(ms.begin(), ms.end());
-  return {{"median_ms", ms[ms.size() / 2]}, {"p90_ms", ms[ms.size() * 9 / 10]}, {"runs", ms.size()}};
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
 }
 
-nlohmann::ordered_json time_of(const Judge& judge, JudgeRequest request, int runs) {
+Json json_of(const Rate& rate) {
+  return {{"rate", rate.value()},
+          {"successes", rate.successes},
+          {"trials", rate.trials},
+          {"lower", rate.lower()},
+          {"upper", rate.upper()}};
+}
+
+/// Milliseconds of a bare mj_step, by the states it starts from.
+struct BareStep {
+  double ms = 0;
+  int steps = 0;
+  void run(const mjModel* model, mjData* data, int count) {
+    const double begin = cpu_ms();
+    for (int k = 0; k < count; ++k) mj_step(model, data);
+    ms += cpu_ms() - begin;
+    steps += count;
+  }
+  double each() const { return ms / steps; }
+};
+
+struct Timed {
   std::vector<double> ms;
-  int held = 0;
+  long steps = 0;
+  Rate held;
+};
+
+Timed time_of(const Judge& judge, JudgeRequest request, int runs) {
+  Timed timed;
   for (int k = -1; k < runs; ++k) {
     request.seed = static_cast<std::uint64_t>(k + 1);
     const double begin = cpu_ms();
     const auto verdict = judge.evaluate(request);
-    if (!verdict.ok()) return {{"error", verdict.error().message}};
+    const double ms = cpu_ms() - begin;
+    PRIMO_CHECK(verdict.ok(), verdict.error().message);
     if (k < 0) continue;  // the first compiles the hand's model
-    ms.push_back(cpu_ms() - begin);
-    held += verdict->final_pose_success;
+    timed.ms.push_back(ms);
+    timed.steps += verdict->steps;
+    timed.held.add(verdict->final_pose_success);
   }
-  auto result = summary(ms);
-  result["held"] = static_cast<double>(held) / runs;
-  return result;
+  return timed;
+}
+
+Json summary(const Timed& timed) {
+  double total = 0;
+  for (const double ms : timed.ms) total += ms;
+  const auto runs = static_cast<double>(timed.ms.size());
+  Json out = {{"median_ms", median(timed.ms)}, {"runs", timed.ms.size()}, {"held", json_of(timed.held)}};
+  if (timed.steps > 0) {
+    out["steps"] = static_cast<double>(timed.steps) / runs;
+    out["steps_per_second"] = 1e3 * static_cast<double>(timed.steps) / total;
+  }
+  return out;
+}
+
+/// With the cost of as many bare steps: `bare` is that of one.
+Json against(const Timed& timed, const BareStep& bare) {
+  Json out = summary(timed);
+  const double steps = static_cast<double>(timed.steps) / static_cast<double>(timed.ms.size());
+  out["bare_step_us"] = 1e3 * bare.each();
+  out["ratio_to_bare_mj_step"] = median(timed.ms) / (steps * bare.each());
+  out["share_of_mj_step"] = steps * bare.each() / median(timed.ms);
+  return out;
+}
+
+/// The hand's model from the states of a trial: closing on the pinned object, and holding it.
+BareStep bare_hand_steps(const robot::Robot& robot, const JudgeRequest& request) {
+  auto whole = robot_model(robot);
+  PRIMO_CHECK(whole.ok(), whole.error().message);
+  const scene::Object& object = request.scenario.objects[0];
+  auto workspace = HandWorkspace::create(robot, whole->get(), object.shape(), object.mass, request.settings.timestep);
+  PRIMO_CHECK(workspace.ok(), workspace.error().message);
+  const Eigen::VectorXd q = request.q.bottomRows(1).transpose();
+  const Pose X_WP = robot.forward(q).X_WB[static_cast<std::size_t>(robot.chain()[robot.arm_joints() - 1].body)];
+  BareStep bare;
+  mjModel* model = workspace->model.get();
+  mjData* data = workspace->data.get();
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto trial = run_trial(robot, *workspace, q, X_WP, object.X_WO(), 0, request.settings, seed);
+    const int closing = static_cast<int>(request.settings.close_seconds / request.settings.timestep);
+    // As the trial left it: held, with the torques and forces of its last step.
+    bare.run(model, data, trial.steps - closing);
+    // As it began: fingers closing in the air, then onto an object as heavy as a building.
+    mj_resetData(model, data);
+    workspace->joints.set(data, q);
+    set_free_joint(model, data, workspace->object_joint, X_WP.inverse(Eigen::Isometry) * object.X_WO());
+    std::fill_n(model->dof_armature + workspace->object_dof, 6, 1e5);
+    workspace->joints.close(robot, data, q.tail(robot.hand_joints()));
+    bare.run(model, data, closing);
+  }
+  return bare;
+}
+
+/// The whole scene's model from states all along an execution.
+BareStep bare_scene_steps(const robot::Robot& robot, const JudgeRequest& request) {
+  Recording recording;
+  const auto verdict = Judge(robot).evaluate(request, &recording);
+  PRIMO_CHECK(verdict.ok(), verdict.error().message);
+  auto model = assemble(&robot, request.scenario, {.timestep = request.settings.timestep, .extra = {}});
+  PRIMO_CHECK(model.ok(), model.error().message);
+  (*model)->opt.disableflags |= mjDSBL_ACTUATION;
+  Data data(*model);
+  const JointMap joints(robot, model->get());
+  BareStep bare;
+  for (const auto& frame : recording.frames) {
+    mj_resetData(model->get(), data.get());
+    joints.set(data.get(), frame.q);
+    for (std::size_t i = 0; i < frame.X_WO.size(); ++i)
+      set_free_joint(model->get(), data.get(), model->joint(request.scenario.objects[i].name), frame.X_WO[i]);
+    mj_forward(model->get(), data.get());
+    std::copy_n(data->qfrc_bias, (*model)->nv, data->qfrc_applied);
+    for (int i = 0; i < (*model)->njnt; ++i) {
+      if ((*model)->jnt_type[i] == mjJNT_FREE) std::fill_n(data->qfrc_applied + (*model)->jnt_dofadr[i], 6, 0.0);
+    }
+    for (int k = 0; k < 5; ++k) mj_step(model->get(), data.get());  // the solver starts warm in an execution, too
+    bare.run(model->get(), data.get(), 10);
+  }
+  return bare;
+}
+
+Json path_criteria(const robot::Robot& robot, const JudgeRequest& request) {
+  std::vector<double> ms;
+  for (int k = 0; k < 200; ++k) {
+    const double begin = cpu_ms();
+    evaluate_criteria({robot, request.scenario, "c1", request.q, request.dt, 0, request.settings});
+    ms.push_back(cpu_ms() - begin);
+  }
+  return {{"median_ms", median(ms)}, {"runs", ms.size()}};
+}
+
+void held_by_jiggle(const Judge& judge, const JudgeRequest& request, Json& out) {
+  for (const double amplitude : {0.0, 0.5, 1.0, 1.5, 2.0, 3.0}) {
+    JudgeRequest shaken = request;
+    shaken.settings.jiggle_translation *= amplitude;
+    shaken.settings.jiggle_rotation *= amplitude;
+    out["held_by_amplitude"][std::to_string(amplitude).substr(0, 3)] = json_of(time_of(judge, shaken, 40).held);
+  }
+  for (const double frequency : {2.0, 3.0, 4.0, 5.0}) {
+    JudgeRequest shaken = request;
+    shaken.settings.jiggle_frequency = frequency;
+    out["held_by_frequency_hz"][std::to_string(frequency).substr(0, 3)] = json_of(time_of(judge, shaken, 40).held);
+  }
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 /// Milliseconds of one bare mj_step of the place's model, several contacts a pair, with c1 standing on its support and
@@ -104,38 +243,31 @@ nlohmann::ordered_json places(const robot::Robot& robot, const Judge& judge) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  int runs = 60;
+  bool json = false, jiggles = true;
+  CLI::App app{"cost of the judge"};
+  app.add_option("--runs", runs, "final poses; a quarter as many executions")->check(CLI::Range(4, 100000));
+  app.add_flag("--json", json, "one line of JSON instead of an indented one");
+  app.add_flag("!--no-jiggles", jiggles, "leave out the rates by amplitude and frequency");
+  CLI11_PARSE(app, argc, argv);
   const auto robot = physics::testing::load_robot();
   const Judge judge(robot);
   const auto scenario = physics::testing::one_cylinder();
   const auto good = physics::testing::hand_made_grasp(robot, scenario);
   const auto miss = physics::testing::hand_made_grasp(robot, scenario, {0, 0, -0.06});
   if (!good || !miss) return 1;
-  nlohmann::ordered_json out;
-  JudgeRequest request = physics::testing::request_for(scenario, *good);
-  out["final_pose_held"] = time_of(judge, request, 60);
-  out["final_pose_no_contact"] = time_of(judge, physics::testing::request_for(scenario, *miss), 60);
-  request.mode = Mode::execute;
-  out["execute_held"] = time_of(judge, request, 15);
-  request.mode = Mode::final_pose;
-  std::vector<double> path;
-  for (int k = 0; k < 200; ++k) {
-    const double begin = cpu_ms();
-    evaluate_criteria({robot, scenario, "c1", request.q, request.dt, 0, request.settings});
-    path.push_back(cpu_ms() - begin);
-  }
-  out["path_criteria"] = summary(path);
-  for (const double amplitude : {0.0, 0.5, 1.0, 1.5, 2.0, 3.0}) {
-    JudgeRequest shaken = request;
-    shaken.settings.jiggle_translation *= amplitude;
-    shaken.settings.jiggle_rotation *= amplitude;
-    out["held_by_amplitude"][std::to_string(amplitude).substr(0, 3)] = time_of(judge, shaken, 40)["held"];
-  }
-  for (const double frequency : {2.0, 3.0, 4.0, 5.0}) {
-    JudgeRequest shaken = request;
-    shaken.settings.jiggle_frequency = frequency;
-    out["held_by_frequency_hz"][std::to_string(frequency).substr(0, 3)] = time_of(judge, shaken, 40)["held"];
-  }
+  Json out;
+  const JudgeRequest request = physics::testing::request_for(scenario, *good);
+  JudgeRequest executed = request;
+  executed.mode = Mode::execute;
+  out["final_pose"]["grasp"] = against(time_of(judge, request, runs), bare_hand_steps(robot, request));
+  out["final_pose"]["grasp_without_contact"] =
+      summary(time_of(judge, physics::testing::request_for(scenario, *miss), runs));
+  out["execute"]["grasp"] = against(time_of(judge, executed, runs / 4), bare_scene_steps(robot, executed));
   out["place"] = places(robot, judge);
-  std::puts(out.dump(2).c_str());
+  out["path_criteria"] = path_criteria(robot, request);
+  out["peak_memory_mb"] = peak_memory_mb();
+  if (jiggles) held_by_jiggle(judge, request, out);
+  std::puts(out.dump(json ? -1 : 2).c_str());
 }

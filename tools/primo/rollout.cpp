@@ -4,12 +4,14 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "core/files.h"
 #include "motion/measures.h"
 #include "motion/planner.h"
 #include "motion/start.h"
 #include "physics/judge.h"
+#include "physics/movie.h"
 #include "physics/picture.h"
 #include "primo/layout.h"
 #include "primo/trajectory_json.h"
@@ -21,7 +23,9 @@ namespace primo::tool {
 namespace {
 
 struct Options {
-  std::string scenario, robot, primitive, solver, start, trajectory, output, picture, mode = "final_pose";
+  std::string scenario, robot, primitive, solver, start, trajectory, output, picture, movie, compare,
+      mode = "final_pose";
+  int survival = 0;        // jiggles at each amplitude of the survival table
   int max_iterations = 0;  // 0: the primitive's
   std::uint64_t seed = 1;
   bool json = false;
@@ -83,6 +87,7 @@ Result<Planned> plan_in(const Options& options, const Ground& ground) {
   PRIMO_ASSIGN(rollout.estimate, study::observe_scenario(ground.scenario));
   rollout.judge_seed = options.seed;
   rollout.mode = mode_of(options);
+  rollout.judge.survival_seeds = options.survival;
   auto request = study::plan_request(rollout);
   request.want_gains = request.want_gains || !options.output.empty();
   const auto begin = std::chrono::steady_clock::now();
@@ -95,12 +100,43 @@ void print(const Options& options, const nlohmann::ordered_json& json, const std
   std::cout << (options.json ? json.dump() : sentence) << "\n";
 }
 
-/// Into the files that were asked for: the trajectory, the picture.
-Status write_files(const Options& options, const Ground& ground, const motion::Plan& plan) {
+/// The motion of a trajectory file, of this robot.
+Result<motion::Plan> read_trajectory(const std::string& file, const robot::Robot& robot) {
+  PRIMO_ASSIGN(const std::string text, read_file(file));
+  auto plan = plan_from_json(text);
+  if (!plan.ok()) return plan.error().at(file);
+  if (plan->trajectory.joints != robot.joint_names()) {
+    return Error{Code::data, file + ": its joints are not those of " + robot.name() + " in its robot file's order"};
+  }
+  return plan;
+}
+
+constexpr double kFrameRate = 25;  // Hz
+
+/// Into the files that were asked for: the trajectory, the picture, the film of what was executed or, where nothing
+/// was, of the plan.
+Status write_files(const Options& options, const Ground& ground, const motion::Plan& plan,
+                   const physics::Recording& executed = {}) {
   if (!study::has_trajectory(plan)) return success();
+  const auto& q = plan.trajectory.q;
   if (!options.output.empty()) PRIMO_TRY(write_file(options.output, trajectory_json(plan).dump() + "\n"));
-  if (!options.picture.empty())
-    PRIMO_TRY(physics::render_motion_png(options.picture, ground.robot, ground.scenario, plan.trajectory.q));
+  std::optional<motion::Plan> other;
+  if (!options.compare.empty()) {
+    PRIMO_ASSIGN(other, read_trajectory(options.compare, ground.robot));
+  }
+  if (!options.picture.empty()) {
+    physics::MotionPictureOptions picture;
+    if (other) picture.compare = &other->trajectory.q;
+    PRIMO_TRY(physics::render_motion_png(options.picture, ground.robot, ground.scenario, q, picture));
+  }
+  if (!options.movie.empty()) {
+    physics::MovieOptions movie;
+    movie.frame_rate = kFrameRate;
+    if (other) movie.compare = &other->trajectory.q;
+    const auto shown =
+        executed.frames.empty() ? physics::replay(q, plan.trajectory.dt, ground.scenario, 1 / kFrameRate) : executed;
+    PRIMO_TRY(physics::render_movie(options.movie, ground.robot, ground.scenario, q, shown, movie));
+  }
   return success();
 }
 
@@ -115,6 +151,14 @@ std::string sentence_of(const physics::Verdict& verdict) {
   for (const auto& criterion : verdict.criteria) {
     text += "\n  " + criterion.name + " " + std::to_string(criterion.value) +
             (criterion.met ? "" : "  not met, margin " + std::to_string(criterion.margin));
+  }
+  for (const auto& row : verdict.survivals) {
+    text += "\n  shaken " + std::to_string(row.amplitude) + " times as hard: held " + std::to_string(row.held) + "/" +
+            std::to_string(row.seeds);
+  }
+  for (const auto& contact : verdict.contacts) {
+    text += "\n  " + contact.first + " touches " + contact.second + " from " + std::to_string(contact.begin) + " to " +
+            std::to_string(contact.end) + " s, at most " + std::to_string(contact.peak_force) + " N";
   }
   text += "\n  after:";
   for (const auto& literal : verdict.after) text += " " + literal.text();
@@ -141,32 +185,30 @@ Status plan(const Options& options) {
   return check_plan(planned.plan);
 }
 
-Result<physics::Verdict> verdict_of(const Ground& ground, const physics::JudgeRequest& request, double& milliseconds) {
+Result<physics::Verdict> verdict_of(const Ground& ground, const physics::JudgeRequest& request, double& milliseconds,
+                                    physics::Recording& recording) {
   const physics::Judge judge(ground.robot);
+  recording.interval = 1 / kFrameRate;
   const auto begin = std::chrono::steady_clock::now();
-  auto verdict = judge.evaluate(request);
+  auto verdict = judge.evaluate(request, &recording);
   milliseconds = milliseconds_since(begin);
   return verdict;
 }
 
 Status judge(const Options& options) {
   PRIMO_ASSIGN(const Ground ground, prepare(options));
-  PRIMO_ASSIGN(const std::string text, read_file(options.trajectory));
-  const auto plan = plan_from_json(text);
-  if (!plan.ok()) return plan.error().at(options.trajectory);
-  if (plan->trajectory.joints != ground.robot.joint_names()) {
-    return Error{Code::data, options.trajectory + ": its joints are not those of " + ground.robot.name() +
-                                 " in its robot file's order"};
-  }
+  PRIMO_ASSIGN(const auto plan, read_trajectory(options.trajectory, ground.robot));
   study::Rollout rollout;
   rollout.scenario = ground.scenario;
   rollout.judge_seed = options.seed;
   rollout.mode = mode_of(options);
   double milliseconds = 0;
-  const auto verdict = verdict_of(ground, study::judge_request(rollout, *plan), milliseconds);
+  rollout.judge.survival_seeds = options.survival;
+  physics::Recording recording;
+  const auto verdict = verdict_of(ground, study::judge_request(rollout, plan), milliseconds, recording);
   if (!verdict.ok()) return verdict.error();
   print(options, to_json(*verdict, milliseconds), sentence_of(*verdict));
-  return write_files(options, ground, *plan);
+  return write_files(options, ground, plan, recording);
 }
 
 Status rollout(const Options& options) {
@@ -174,17 +216,21 @@ Status rollout(const Options& options) {
   PRIMO_ASSIGN(const auto planned, plan_in(options, ground));
   PRIMO_TRY(check_plan(planned.plan));
   double milliseconds = 0;
+  physics::Recording recording;
   PRIMO_ASSIGN(const auto verdict,
-               verdict_of(ground, study::judge_request(planned.rollout, planned.plan), milliseconds));
+               verdict_of(ground, study::judge_request(planned.rollout, planned.plan), milliseconds, recording));
   print(options, {{"plan", plan_json(ground, planned)}, {"verdict", to_json(verdict, milliseconds)}},
         sentence_of(planned.plan) + "\n" + sentence_of(verdict));
-  return write_files(options, ground, planned.plan);
+  return write_files(options, ground, planned.plan, recording);
 }
 
 void add_judging(CLI::App& verb, Options& options) {
   verb.add_option("--mode", options.mode, "judge the final pose, or execute the whole motion in physics")
       ->check(CLI::IsMember({"final_pose", "execute"}))
       ->capture_default_str();
+  verb.add_option("--survival", options.survival,
+                  "also shake a held final pose this often at each of several amplitudes")
+      ->check(CLI::Range(0, 1000));
 }
 
 void add_planning(CLI::App& verb, Options& options) {
@@ -210,6 +256,8 @@ void add_common(CLI::App& verb, Options& options, const std::string& seeds) {
   verb.add_option("--robot", options.robot, "robot file (default: the Schunk arm)");
   verb.add_option("--seed", options.seed, seeds)->capture_default_str();
   verb.add_option("--png", options.picture, "draw the motion into this file");
+  verb.add_option("--mp4", options.movie, "film the motion into this file; with --mode execute what happened");
+  verb.add_option("--compare", options.compare, "trajectory file whose path is drawn dashed beside the motion's");
   verb.add_flag("--json", options.json, "print one JSON object");
 }
 

@@ -1,6 +1,7 @@
 #include "primo/trajectory_json.h"
 
 #include <cmath>
+#include <cstdint>
 
 namespace primo::tool {
 
@@ -53,6 +54,33 @@ Json to_json(const motion::Plan& plan, const motion::Measures& measures, double 
           {"path_length_rad", measures.path_length}};
 }
 
+namespace {
+
+Json survivals_json(const std::vector<physics::Survival>& rows) {
+  Json list = Json::array();
+  for (const auto& row : rows) {
+    list.push_back({{"amplitude", row.amplitude},
+                    {"held", row.held},
+                    {"seeds", row.seeds},
+                    {"survival", row.survival},
+                    {"displacement_m", row.displacement}});
+  }
+  return list;
+}
+
+Json contacts_json(const std::vector<physics::Contact>& contacts) {
+  Json list = Json::array();
+  for (const auto& contact : contacts) {
+    list.push_back({{"bodies", {contact.first, contact.second}},
+                    {"begin_s", contact.begin},
+                    {"end_s", contact.end},
+                    {"peak_force_N", contact.peak_force}});
+  }
+  return list;
+}
+
+}  // namespace
+
 Json to_json(const physics::Verdict& verdict, double milliseconds) {
   const auto literals = [](const symbols::State& state) {
     Json list = Json::array();
@@ -76,6 +104,9 @@ Json to_json(const physics::Verdict& verdict, double milliseconds) {
           {"survival", verdict.survival},
           {"position_error_m", verdict.position_error},
           {"criteria", std::move(criteria)},
+          {"survivals", survivals_json(verdict.survivals)},
+          {"contacts", contacts_json(verdict.contacts)},
+          {"unlisted_contacts", verdict.unlisted_contacts},
           {"objects", verdict.objects},
           {"symbols_before", literals(verdict.before)},
           {"symbols_after", literals(verdict.after)},
@@ -85,10 +116,14 @@ Json to_json(const physics::Verdict& verdict, double milliseconds) {
 
 namespace {
 
+constexpr std::size_t kMostJoints = 100, kMostRows = 20001;
+
 Error wrong(const std::string& what) { return {Code::data, what}; }
 
 Result<Eigen::MatrixXd> matrix_from(const Json& rows, std::size_t columns, const std::string& key) {
   if (!rows.is_array() || rows.empty()) return wrong("'" + key + "' must be a list of rows");
+  if (rows.size() > kMostRows)
+    return wrong("'" + key + "' has " + std::to_string(rows.size()) + " rows, more than " + std::to_string(kMostRows));
   Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string place = "'" + key + "[" + std::to_string(i) + "]'";
@@ -113,8 +148,9 @@ Status read_gains(const Json& json, motion::Plan& plan) {
     return wrong("'gains.K' must have one matrix a step, " + std::to_string(plan.trajectory.q.rows() - 1));
   const auto columns = static_cast<std::size_t>(2 * plan.trajectory.q.cols());
   for (std::size_t t = 0; t < K->size(); ++t) {
+    if ((*K)[t].size() != static_cast<std::size_t>(plan.trajectory.q.cols()))
+      return wrong("'gains.K[" + std::to_string(t) + "]' must have a row for each joint");
     PRIMO_ASSIGN(auto gain, matrix_from((*K)[t], columns, "gains.K[" + std::to_string(t) + "]"));
-    if (gain.rows() != plan.trajectory.q.cols()) return wrong("'gains.K' must have a row for each joint");
     plan.gains.K.push_back(std::move(gain));
   }
   return success();
@@ -128,6 +164,8 @@ Result<motion::Plan> plan_from_json(const std::string& text) {
   motion::Plan plan;
   const auto joints = json.find("joints");
   if (joints == json.end() || !joints->is_array()) return wrong("missing 'joints', a list of names");
+  if (joints->empty() || joints->size() > kMostJoints)
+    return wrong("'joints' must have 1 … " + std::to_string(kMostJoints) + " names");
   for (const auto& joint : *joints) {
     if (!joint.is_string()) return wrong("'joints' must be names");
     plan.trajectory.joints.push_back(joint.get<std::string>());
@@ -140,8 +178,12 @@ Result<motion::Plan> plan_from_json(const std::string& text) {
   PRIMO_ASSIGN(plan.trajectory.q, matrix_from(*rows, plan.trajectory.joints.size(), "q"));
   PRIMO_TRY(read_gains(json, plan));
   plan.status = motion::PlanStatus::converged_step;
-  const auto iterations = json.find("iterations");
-  if (iterations != json.end() && iterations->is_number_integer()) plan.iterations = iterations->get<int>();
+  if (const auto iterations = json.find("iterations"); iterations != json.end()) {
+    constexpr std::int64_t kMost = 1'000'000;
+    const std::int64_t count = iterations->is_number_integer() ? iterations->get<std::int64_t>() : -1;
+    if (count < 0 || count > kMost) return wrong("'iterations' must be a whole number, 0 … 1000000");
+    plan.iterations = static_cast<int>(count);
+  }
   return plan;
 }
 

@@ -16,7 +16,8 @@ namespace primo::tool {
 nlohmann::ordered_json to_json(const motion::Plan& plan, const motion::Measures& measures, double milliseconds);
 
 /// {"success", …, "criteria": [{"name", "value", "margin", "indicator": 0 or 1}], "symbols_before", "symbols_after",
-/// "displacement_m", "time_ms", "steps"}
+/// "displacement_m", "survivals": [{"amplitude", "held", "seeds", "survival", "displacement_m"}], "contacts":
+/// [{"bodies", "begin_s", "end_s", "peak_force_N"}], "unlisted_contacts", "time_ms", "steps"}
 nlohmann::ordered_json to_json(const physics::Verdict& verdict, double milliseconds);
 
 /// {"joints": names, "dt", "iterations": accepted and rejected, "q": (T+1) rows of n, "gains": {"K": T matrices n × 2n,

@@ -114,13 +114,38 @@ inline std::optional<HandMadeGrasp> hand_made_grasp(const robot::Robot& robot, c
   return std::nullopt;
 }
 
+/// From the side, along the opposition, to the configuration `end` in 40 steps: the thumb or the fingers have to cross
+/// what stands there.
+inline std::optional<Eigen::MatrixXd> sideways_sweep(const robot::Robot& robot, const Eigen::VectorXd& end) {
+  const Pose X_WG = robot.pose(robot.forward(end), robot.grasp_frame());
+  Eigen::MatrixXd q(41, robot.joints());
+  for (const double side : {0.1, -0.1}) {  // m, from whichever side the arm can
+    Eigen::VectorXd at = end;
+    bool reached = true;
+    for (int t = 40; t >= 0 && reached; --t) {
+      Pose X = X_WG;
+      X.translation() += X_WG.linear().col(0) * side * (40 - t) / 40;
+      const auto next = arm_to(robot, at, X);
+      reached = next.has_value();
+      if (reached) at = *next, q.row(t) = at.transpose();
+    }
+    q.row(40) = end.transpose();
+    if (reached) return q;
+  }
+  return std::nullopt;
+}
+
+/// Gives the request this motion, and the robot its start.
+inline void set_motion(JudgeRequest& request, const Eigen::MatrixXd& q) {
+  request.q = q;
+  request.scenario.robot_start.resize(static_cast<std::size_t>(q.cols()));
+  for (Eigen::Index i = 0; i < q.cols(); ++i) request.scenario.robot_start[static_cast<std::size_t>(i)] = q(0, i);
+}
+
 inline JudgeRequest request_for(const scene::Scenario& scenario, const HandMadeGrasp& grasp, std::uint64_t seed = 1) {
   JudgeRequest request;
   request.scenario = scenario;
-  request.q = grasp.q;
-  request.scenario.robot_start.resize(static_cast<std::size_t>(grasp.q.cols()));
-  for (Eigen::Index i = 0; i < grasp.q.cols(); ++i)
-    request.scenario.robot_start[static_cast<std::size_t>(i)] = grasp.q(0, i);
+  set_motion(request, grasp.q);
   request.dt = grasp.dt;
   request.seed = seed;
   return request;

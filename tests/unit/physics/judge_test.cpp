@@ -8,10 +8,12 @@
 
 #include "grasp_fixture.h"
 #include "physics/criteria.h"
+#include "verdict_bytes.h"
 
 namespace primo::physics {
 namespace {
 
+using testing::bytes;
 using testing::hand_made_grasp;
 using testing::HandMadeGrasp;
 using testing::load_robot;
@@ -39,21 +41,6 @@ Verdict judged(const JudgeRequest& request) {
 JudgeRequest good_request(std::uint64_t seed = 1) {
   PRIMO_CHECK(world().good.has_value(), "the fixture finds a grasp");
   return request_for(world().scenario, *world().good, seed);
-}
-
-/// All that a verdict says, bit for bit.
-std::string bytes(const Verdict& v) {
-  std::string text = std::to_string(v.success) + std::to_string(v.final_pose_success) + std::to_string(v.path_clean) +
-                     config::enum_name(v.outcome) + v.reason + std::to_string(v.steps);
-  const auto add = [&](double value) { text.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  for (const double value : {v.score, v.displacement, v.survival, v.position_error, v.clearance, v.target_clearance,
-                             v.limit_margin, v.max_speed, v.path_length}) {
-    add(value);
-  }
-  for (const auto& criterion : v.criteria) text += criterion.name, add(criterion.value), add(criterion.margin);
-  for (const auto& literal : v.before) text += literal.text();
-  for (const auto& literal : v.after) text += literal.text();
-  return text;
 }
 
 TEST(Judge, a_good_grasp_is_held_and_changes_inhand_and_on) {
@@ -111,27 +98,9 @@ TEST(Judge, a_hand_inside_the_object_is_refused_before_the_simulation_and_graded
 TEST(Judge, sweeping_through_the_target_passes_the_final_pose_but_is_no_success) {
   // The trap of judging final poses alone: in from the side, fingers through the object, to the same good end.
   JudgeRequest request = good_request();
-  const Eigen::VectorXd end = request.q.bottomRows(1).transpose();
-  const auto& robot = world().robot;
-  const Pose X_WG = robot.pose(robot.forward(end), robot.grasp_frame());
-  Eigen::MatrixXd q(41, robot.joints());
-  // Along the opposition, from whichever side the arm can: the thumb or the fingers have to cross the object.
-  const auto sweep_from = [&](double side) {
-    Eigen::VectorXd at = end;
-    for (int t = 40; t >= 0; --t) {
-      Pose X = X_WG;
-      X.translation() += X_WG.linear().col(0) * side * (40 - t) / 40;
-      const auto next = testing::arm_to(robot, at, X);
-      if (!next) return false;
-      at = *next;
-      q.row(t) = at.transpose();
-    }
-    return true;
-  };
-  ASSERT_TRUE(sweep_from(0.1) || sweep_from(-0.1));
-  q.row(40) = end.transpose();
-  request.q = q;
-  for (int i = 0; i < robot.joints(); ++i) request.scenario.robot_start[static_cast<std::size_t>(i)] = q(0, i);
+  const auto sweep = testing::sideways_sweep(world().robot, request.q.bottomRows(1).transpose());
+  ASSERT_TRUE(sweep.has_value());
+  testing::set_motion(request, *sweep);
   const Verdict v = judged(request);
   EXPECT_TRUE(v.final_pose_success) << v.reason;
   EXPECT_FALSE(v.path_clean);
@@ -140,6 +109,11 @@ TEST(Judge, sweeping_through_the_target_passes_the_final_pose_but_is_no_success)
   EXPECT_FALSE(v.after.contains({"inhand", {"c1"}}));
   EXPECT_FALSE(v.after.contains({"upright", {"c1"}})) << "what the hand sweeps through falls over";
   EXPECT_TRUE(v.after.contains({"on", {"c1", "table"}}));
+  request.mode = Mode::execute;
+  const Verdict executed = judged(request);
+  EXPECT_FALSE(executed.final_pose_success) << "physics agrees: " << executed.reason;
+  EXPECT_FALSE(executed.success);
+  EXPECT_FALSE(executed.after.contains({"inhand", {"c1"}}));
 }
 
 TEST(Judge, an_obstacle_in_the_way_makes_the_path_unclean_and_falls_over) {
@@ -172,6 +146,21 @@ TEST(Judge, a_motion_that_is_too_fast_is_refused_and_changes_nothing) {
   EXPECT_FALSE(v.success);
   EXPECT_TRUE(v.final_pose_success);
   EXPECT_EQ(v.after, v.before);
+}
+
+TEST(Judge, a_joint_beyond_its_limits_is_refused_by_name_in_both_modes) {
+  JudgeRequest request = good_request();
+  const auto& robot = world().robot;
+  request.q(10, 3) = robot.upper()[3] + 0.05;
+  for (const Mode mode : {Mode::final_pose, Mode::execute}) {
+    request.mode = mode;
+    const Verdict v = judged(request);
+    EXPECT_FALSE(v.success);
+    EXPECT_FALSE(v.path_clean);
+    EXPECT_NEAR(v.limit_margin, -0.05, 1e-9);
+    EXPECT_NE(v.reason.find("joint " + robot.joint_names()[3]), std::string::npos) << v.reason;
+    EXPECT_NE(v.reason.find("step 10"), std::string::npos) << v.reason;
+  }
 }
 
 TEST(Judge, a_verdict_depends_on_its_request_alone_in_any_order_and_thread) {
@@ -281,6 +270,13 @@ TEST(Judge, malformed_requests_are_errors_that_name_what_is_wrong) {
   EXPECT_NE(with([](auto& r) { r.scenario.action = {"grasp", "c7"}; }).find("c7"), std::string::npos);
   EXPECT_NE(with([](auto& r) { r.scenario.action = {"throw", "c1"}; }).find("throw"), std::string::npos);
   EXPECT_NE(with([](auto& r) { r.scenario.robot_start.resize(3); }).find("robot_start"), std::string::npos);
+  EXPECT_NE(with([](auto& r) { r.settings.survival_seeds = -1; }).find("survival_seeds"), std::string::npos);
+  EXPECT_NE(with([](auto& r) {
+              r.settings.survival_amplitudes = {1, -2};
+            }).find("survival_amplitudes"),
+            std::string::npos);
+  EXPECT_NE(with([](auto& r) { r.settings.survival_amplitudes.assign(21, 1); }).find("more than 20"),
+            std::string::npos);
   EXPECT_NE(with([](auto& r) {
               r.scenario.objects.push_back(r.scenario.objects[0]);
               r.scenario.objects.back().name = "c2";

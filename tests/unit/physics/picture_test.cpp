@@ -53,6 +53,28 @@ TEST(Picture, shows_the_robot_and_the_motion) {
   for (const auto& path : {still, motion, empty}) fs::remove(path);
 }
 
+TEST(Picture, shows_another_motions_path_dashed_and_in_another_colour) {
+  const auto robot = testing::load_robot();
+  const auto scenario = testing::one_cylinder();
+  MotionPictureOptions options;
+  options.picture.width = 160;
+  options.picture.height = 120;
+  Eigen::MatrixXd q(9, robot.joints()), other(9, robot.joints());
+  for (int t = 0; t < 9; ++t) {
+    q.row(t) = other.row(t) = robot.home().transpose();
+    q(t, 1) += 0.05 * t;
+    other(t, 0) += 0.1 * t;
+  }
+  const auto alone = scratch("alone.png"), compared = scratch("compared.png");
+  ASSERT_TRUE(render_motion_png(alone, robot, scenario, q, options).ok());
+  options.compare = &other;
+  ASSERT_TRUE(render_motion_png(compared, robot, scenario, q, options).ok());
+  EXPECT_NE(*read_file(alone), *read_file(compared));
+  other.conservativeResize(9, 3);
+  EXPECT_FALSE(render_motion_png(compared, robot, scenario, q, options).ok());
+  for (const auto& path : {alone, compared}) fs::remove(path);
+}
+
 TEST(Picture, refuses_wrong_sizes_and_joint_counts_with_a_sentence) {
   const auto robot = testing::load_robot();
   const auto scenario = testing::one_cylinder();

@@ -34,6 +34,9 @@ RolloutResult any_result(Random& random) {
   v.outcome = static_cast<physics::Outcome>(random.below(9));
   v.criteria = {{"clearance", any_double(random), any_double(random), random.below(2) == 1}};
   v.steps = static_cast<int>(random.below(5000));
+  v.survivals = {{any_double(random), 7, static_cast<int>(random.below(8)), any_double(random), any_double(random)}};
+  v.contacts = {{"palm", "c1", any_double(random), any_double(random), any_double(random)}};
+  v.unlisted_contacts = static_cast<int>(random.below(9));
   return result;
 }
 
@@ -50,6 +53,8 @@ TEST(Codec, rollout_results_read_back_to_the_same_bits) {
     ASSERT_EQ(std::bit_cast<std::uint64_t>(back->plan_cost), std::bit_cast<std::uint64_t>(result.plan_cost));
     ASSERT_EQ(back->verdict.before, result.verdict.before);
     ASSERT_EQ(back->plan_status, result.plan_status);
+    ASSERT_EQ(back->verdict.contacts.at(0).peak_force, result.verdict.contacts[0].peak_force);
+    ASSERT_EQ(back->verdict.survivals.at(0).held, result.verdict.survivals[0].held);
   }
 }
 

@@ -29,7 +29,9 @@ TEST(Fitness, adds_the_terms_of_its_definition) {
   v.limit_margin = -0.01;
   v.max_speed = 2.5;
   v.path_length = 3;
-  const double expected = 0.5 * 0.6 + 0.25 * 0.75 + 0.25 * 0.5 - 0.1 * 1.0 - 0.02 * 3 - 0.1 * 40 / 100.0;
+  // Four fifths of the score count only as far as the path is clean.
+  const double clean = 0.75 * 0.5, score = 0.6 * (0.2 + 0.8 * clean);
+  const double expected = 0.5 * score + 0.25 * 0.75 + 0.25 * 0.5 - 0.1 * 1.0 - 0.02 * 3 - 0.1 * 40 / 100.0;
   EXPECT_NEAR(trajectory_fitness(result, false, {}), expected, 1e-12);
 }
 
@@ -74,7 +76,8 @@ TEST(Fitness, is_finite_and_bounded_below_whatever_the_verdict_holds) {
   for (int i = 0; i < 2000; ++i) {
     RolloutResult result = test::perfect_grasp();
     auto& v = result.verdict;
-    for (double* value : {&v.score, &v.clearance, &v.target_clearance, &v.limit_margin, &v.max_speed, &v.path_length}) {
+    for (double* value : {&v.score, &v.clearance, &v.target_clearance, &v.limit_margin, &v.max_speed, &v.path_length,
+                          &v.position_error}) {
       *value = bad[random.below(6)];
     }
     v.outcome = static_cast<physics::Outcome>(random.below(9));
@@ -84,6 +87,26 @@ TEST(Fitness, is_finite_and_bounded_below_whatever_the_verdict_holds) {
     ASSERT_GE(g, worst_fitness({}, 100));
     ASSERT_LE(g, 1.1);
   }
+}
+
+TEST(Fitness, a_score_behind_an_unclean_path_and_clearance_far_away_can_be_made_to_count_less) {
+  RolloutResult result = test::perfect_grasp();
+  auto& v = result.verdict;
+  v.score = 1;
+  v.clearance = -0.02;  // below clearance_from: not clean at all
+  v.target_clearance = 0;
+  v.position_error = 0.2;
+  FitnessSettings separate;
+  separate.clean_share = separate.near = 0;
+  FitnessSettings clean = separate, near = separate;
+  clean.clean_share = 0.8;
+  near.near = 0.1;
+  const double g = trajectory_fitness(result, false, separate);
+  // 0.8 of the score's weight is lost; of the target's clearance, e⁻² remains.
+  EXPECT_NEAR(trajectory_fitness(result, false, clean), g - 0.8 * separate.score, 1e-12);
+  EXPECT_NEAR(trajectory_fitness(result, false, near), g - separate.target_clearance * (1 - std::exp(-2.0)), 1e-12);
+  v.clearance = 0.05;
+  EXPECT_NEAR(trajectory_fitness(result, false, clean), trajectory_fitness(result, false, separate), 1e-12);
 }
 
 TEST(Fitness, of_an_unjudged_plan_is_never_above_zero) {

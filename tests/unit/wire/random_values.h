@@ -193,6 +193,9 @@ class Draw {
     out.place_offset = real(0.001, 0.5);
     out.place_tilt = real(0.001, 1.5);
     out.place_speed = real(1e-4, 1);
+    out.survival_amplitudes.clear();
+    for (int i = integer(0, 5); i > 0; --i) out.survival_amplitudes.push_back(real(0, 10));
+    out.survival_seeds = integer(0, 1000);
     return out;
   }
   physics::JudgeRequest judge_request() {
@@ -223,6 +226,12 @@ class Draw {
     out.after = state();
     out.objects = words();
     out.steps = integer(0, 10000);
+    for (int i = integer(0, 4); i > 0; --i) {
+      const int seeds = integer(0, 50);
+      out.survivals.push_back({real(), seeds, integer(0, seeds), real(), real()});
+    }
+    for (int i = integer(0, 6); i > 0; --i) out.contacts.push_back({word(), word(), real(), real(), real()});
+    out.unlisted_contacts = integer(0, 100);
     return out;
   }
   symbols::Experience experience() { return {word(), words(), state(), literal(false), state()}; }

@@ -149,6 +149,18 @@ TEST(Wire, what_is_sent_field_by_field_is_what_is_received) {
   EXPECT_EQ(v.target_clearance, w.target_clearance);
   EXPECT_EQ(v.limit_margin, w.limit_margin);
   EXPECT_EQ(v.survival, w.survival);
+  ASSERT_EQ(v.contacts.size(), w.contacts.size());
+  for (std::size_t i = 0; i < v.contacts.size(); ++i) {
+    EXPECT_EQ(v.contacts[i].first, w.contacts[i].first);
+    EXPECT_EQ(v.contacts[i].end, w.contacts[i].end);
+    EXPECT_EQ(v.contacts[i].peak_force, w.contacts[i].peak_force);
+  }
+  ASSERT_EQ(v.survivals.size(), w.survivals.size());
+  for (std::size_t i = 0; i < v.survivals.size(); ++i) {
+    EXPECT_EQ(v.survivals[i].held, w.survivals[i].held);
+    EXPECT_EQ(v.survivals[i].survival, w.survivals[i].survival);
+    EXPECT_EQ(v.survivals[i].displacement, w.survivals[i].displacement);
+  }
 }
 
 TEST(Wire, poses_are_not_rounded_by_the_way) {
