@@ -11,9 +11,6 @@ constexpr double kGravity = 9.81;
 constexpr double kRampSeconds = 0.1;     // gravity comes on after the release
 constexpr double kSettleSeconds = 0.05;  // before the shaking
 constexpr double kContactWindow = 0.05;  // s at the end in which contact counts: a shaken contact flickers
-// While it is pinned the object is as heavy as a building, so the solver treats it as fixed and it stays where it is.
-// (A constraint that holds it would yield, and a body moved by hand has no velocity in the solver's eyes.)
-constexpr double kPinnedInertia = 1e5;
 
 /// One trial's simulation: the stages share the clock, the checks and the shaker.
 class Trial {
@@ -34,7 +31,7 @@ class Trial {
     w_.joints.set(d_, q);
     set_free_joint(m_, d_, w_.object_joint, X_PO);
     held_ = q.tail(robot_.hand_joints());
-    pin(true);
+    w_.pin.hold(m_, d_);
   }
 
   bool close() {
@@ -59,7 +56,7 @@ class Trial {
 
   void release() {
     targets_ = w_.joints.frozen_targets(robot_, d_, held_);
-    pin(false);
+    w_.pin.release(m_, d_);
     p_start_ = object_position();
   }
 
@@ -99,12 +96,6 @@ class Trial {
 
  private:
   int count(double seconds) const { return static_cast<int>(std::lround(seconds / settings_.timestep)); }
-
-  void pin(bool pinned) {
-    const double armature = pinned ? kPinnedInertia : 0.0;
-    std::fill_n(m_->dof_armature + w_.object_dof, 6, armature);
-    std::fill_n(d_->qvel + w_.object_dof, 6, 0.0);
-  }
 
   bool advance() {
     mj_step2(m_, d_);
@@ -211,7 +202,7 @@ Result<HandWorkspace> HandWorkspace::create(const robot::Robot& robot, const mjM
   w.object_geom = w.model.geom(kHandObject);
   w.object_joint = w.model.joint(kHandObject);
   PRIMO_CHECK(w.object_body >= 0 && w.object_geom >= 0 && w.object_joint >= 0, "the hand model holds its object");
-  w.object_dof = w.model->jnt_dofadr[w.object_joint];
+  w.pin = Pin(w.model, w.object_joint);
   return w;
 }
 

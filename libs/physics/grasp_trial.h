@@ -18,7 +18,8 @@ struct HandWorkspace {
   Data data;
   JointMap joints;
   Eigen::Vector3d centre{0, 0, 0};  ///< the grasp centre in P, m: what the jiggle turns about
-  int object_body = -1, object_geom = -1, object_joint = -1, object_dof = -1;
+  int object_body = -1, object_geom = -1, object_joint = -1;
+  Pin pin;  ///< of the object
 
   static Result<HandWorkspace> create(const robot::Robot& robot, const mjModel* whole, const Shape& object, double mass,
                                       double timestep);

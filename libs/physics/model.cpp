@@ -191,6 +191,24 @@ void set_free_joint(const mjModel* model, mjData* data, int joint, const Pose& X
   std::fill_n(data->qvel + model->jnt_dofadr[joint], 6, 0.0);
 }
 
+Pin::Pin(const Model& model, int joint) : dof_(model->jnt_dofadr[joint]) {
+  std::copy_n(model->dof_M0 + dof_, 6, inertia_.begin());
+  std::copy_n(model->dof_armature + dof_, 6, armature_.begin());
+}
+
+void Pin::hold(mjModel* model, mjData* data) const {
+  constexpr mjtNum kBuilding = 1e5;  // kg, kg·m²
+  std::fill_n(model->dof_M0 + dof_, 6, kBuilding);
+  std::fill_n(model->dof_armature + dof_, 6, kBuilding);
+  std::fill_n(data->qvel + dof_, 6, 0.0);
+}
+
+void Pin::release(mjModel* model, mjData* data) const {
+  std::copy_n(inertia_.begin(), 6, model->dof_M0 + dof_);
+  std::copy_n(armature_.begin(), 6, model->dof_armature + dof_);
+  std::fill_n(data->qvel + dof_, 6, 0.0);
+}
+
 bool diverged(const mjData* data) {
   for (const int warning : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL, mjWARN_BADQPOS, mjWARN_BADQVEL,
                             mjWARN_BADQACC, mjWARN_BADCTRL}) {

@@ -4,6 +4,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -99,6 +100,23 @@ std::string pose_attributes(const Pose& X);
 Pose body_pose(const mjData* data, int body);
 /// Puts a free joint at X_WB, at rest. Other joints keep what they have.
 void set_free_joint(const mjModel* model, mjData* data, int joint, const Pose& X_WB);
+/// Holds a free body where it is, as heavy as a building, so that the solver treats it as fixed; or lets it be as it was.
+/// (A constraint that holds it would yield, and a body moved by hand has no velocity in the solver's eyes.) A body whose
+/// inertia is the same in all poses takes it from dof_M0 and not from its armature, so both are set.
+class Pin {
+ public:
+  Pin() = default;
+  /// @pre the joint is free, and not held in `model`.
+  Pin(const Model& model, int joint);
+  /// At rest from now on.
+  void hold(mjModel* model, mjData* data) const;
+  void release(mjModel* model, mjData* data) const;
+
+ private:
+  int dof_ = -1;
+  std::array<mjtNum, 6> inertia_{}, armature_{};
+};
+
 /// Whether MuJoCo has seen bad numbers or full buffers since the last reset: the simulation is not to be trusted then.
 bool diverged(const mjData* data);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kHand = "primo:hand";
 constexpr double kHangSeconds = 0.05;   // between the grip and the opening
 constexpr double kStillSeconds = 0.05;  // at rest for so long: nothing will change
-constexpr double kPinnedInertia = 1e5;  // as a building: see grasp_trial.cpp
+constexpr double kHandArmature = 1e5;  // kg: what the hand touches does not slow it
 constexpr double kDepthTolerance = 1e-4;
 
 /// One trial's simulation.
@@ -37,7 +37,7 @@ class Trial {
 
   /// Closes the fingers on the pinned object until they rest, then lets it hang. False: diverged.
   bool grip() {
-    pin(true);
+    w_.pin.hold(m_, d_);
     const int patience = count(0.03);
     int still = 0;
     for (int k = count(request_.settings.close_seconds); k > 0 && still < patience; --k) {
@@ -52,7 +52,7 @@ class Trial {
     }
     mj_forward(m_, d_);
     targets_ = w_.joints.frozen_targets(robot_, d_, held_);
-    pin(false);
+    w_.pin.release(m_, d_);
     for (int k = count(kHangSeconds); k > 0; --k) {
       if (!held_step(targets_, 0)) return false;
     }
@@ -144,12 +144,6 @@ class Trial {
     return high;
   }
 
-  void pin(bool pinned) {
-    const int dof = m_->jnt_dofadr[w_.model.joint(request_.scenario.held->object)];
-    std::fill_n(m_->dof_armature + dof, 6, pinned ? kPinnedInertia : 0.0);
-    std::fill_n(d_->qvel + dof, 6, 0.0);
-  }
-
   bool held_step(const Eigen::VectorXd& targets, double speed) {
     mj_step1(m_, d_);
     for (int i = 0; i < robot_.hand_joints(); ++i) w_.joints.servo(robot_, d_, i, targets[i]);
@@ -223,7 +217,7 @@ Result<PlaceWorkspace> PlaceWorkspace::create(const robot::Robot& robot, const H
   options.timestep = timestep;
   options.extra = "  <compiler boundmass=\"1e-6\" boundinertia=\"1e-10\"/>\n  <worldbody>\n    <body name=\"" +
                   std::string(kHand) + "\">\n      <joint name=\"" + kHand + "\" type=\"slide\" axis=\"" +
-                  numbers(back_P) + "\" armature=\"" + numbers(&kPinnedInertia, 1) + "\"/>\n" + hand.bodies +
+                  numbers(back_P) + "\" armature=\"" + numbers(&kHandArmature, 1) + "\"/>\n" + hand.bodies +
                   "    </body>\n  </worldbody>\n  <equality>\n" + hand.equalities + "  </equality>\n" + hand.tendons;
   PlaceWorkspace w;
   PRIMO_ASSIGN(w.model, assemble(nullptr, row, options));
@@ -233,6 +227,7 @@ Result<PlaceWorkspace> PlaceWorkspace::create(const robot::Robot& robot, const H
   w.hand_body = w.model.body(kHand);
   PRIMO_CHECK(w.hand_body > 0 && w.model.joint(kHand) >= 0, "the place model holds the hand");
   w.slide = w.model->jnt_dofadr[w.model.joint(kHand)];
+  w.pin = Pin(w.model, w.model.joint(scenario.held->object));
   return w;
 }
 

@@ -21,6 +21,7 @@ struct PlaceWorkspace {
   JointMap joints;
   PlaceBodies bodies;
   int hand_body = -1, slide = -1;
+  Pin pin;  ///< of the held object
 
   /// Poses of the scenario's objects are not part of it. Errors: what MuJoCo refuses.
   static Result<PlaceWorkspace> create(const robot::Robot& robot, const HandMjcf& hand, const scene::Scenario& scenario,

@@ -102,7 +102,8 @@ Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, M
       d_(data_.get()),
       joints_(robot, m_),
       object_body_(model_.body(object)),
-      object_geom_(model_.geom("object:" + object)) {
+      object_geom_(model_.geom("object:" + object)),
+      pin_(model_, model_.joint(object)) {
   // The judge drives the joints by torques from the robot file; the model's own actuators stay off.
   m_->opt.disableflags |= mjDSBL_ACTUATION;
   // The arm's derivative gains act as joint damping, which Euler integrates implicitly: as explicit torques they
@@ -153,10 +154,11 @@ void Simulation::freeze_fingers(const Eigen::VectorXd& planned) {
 }
 
 void Simulation::pin(bool pinned) {
-  constexpr double kPinnedInertia = 1e5;
-  const int dof = m_->body_dofadr[object_body_];
-  std::fill_n(m_->dof_armature + dof, 6, pinned ? kPinnedInertia : 0.0);
-  std::fill_n(d_->qvel + dof, 6, 0.0);
+  if (pinned) {
+    pin_.hold(m_, d_);
+  } else {
+    pin_.release(m_, d_);
+  }
 }
 
 bool Simulation::still() const {

@@ -50,7 +50,7 @@ class Simulation {
   void set_finger_targets(const Eigen::VectorXd& targets) { targets_ = targets; }
   const Eigen::VectorXd& finger_targets() const { return targets_; }
 
-  /// Makes the object as heavy as a building, so that it stays where it is while the fingers close on it; or as it was.
+  /// Holds the object where it is while the fingers close on it, or lets it go.
   void pin(bool pinned);
   /// Whether nothing moves but by less than 2 mm/s or mrad/s.
   bool still() const;
@@ -87,6 +87,7 @@ class Simulation {
   mjData* d_;
   JointMap joints_;
   int object_body_, object_geom_, palm_ = 0;
+  Pin pin_;  // of the object
   Eigen::VectorXd q_, velocity_, targets_;
   ContactLog contacts_;
   int steps_ = 0;

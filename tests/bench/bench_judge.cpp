@@ -11,8 +11,8 @@
 
 #include "core/statistics.h"
 #include "physics/criteria.h"
-#include "physics/place_trial.h"
 #include "physics/execution.h"
+#include "physics/place_trial.h"
 #include "unit/physics/grasp_fixture.h"
 #include "unit/physics/place_fixture.h"
 
@@ -119,7 +119,7 @@ BareStep bare_hand_steps(const robot::Robot& robot, const JudgeRequest& request)
     mj_resetData(model, data);
     workspace->joints.set(data, q);
     set_free_joint(model, data, workspace->object_joint, X_WP.inverse(Eigen::Isometry) * object.X_WO());
-    std::fill_n(model->dof_armature + workspace->object_dof, 6, 1e5);
+    workspace->pin.hold(model, data);
     workspace->joints.close(robot, data, q.tail(robot.hand_joints()));
     bare.run(model, data, closing);
   }
