@@ -100,9 +100,9 @@ std::string pose_attributes(const Pose& X);
 Pose body_pose(const mjData* data, int body);
 /// Puts a free joint at X_WB, at rest. Other joints keep what they have.
 void set_free_joint(const mjModel* model, mjData* data, int joint, const Pose& X_WB);
-/// Holds a free body where it is, as heavy as a building, so that the solver treats it as fixed; or lets it be as it was.
-/// (A constraint that holds it would yield, and a body moved by hand has no velocity in the solver's eyes.) A body whose
-/// inertia is the same in all poses takes it from dof_M0 and not from its armature, so both are set.
+/// Holds a free body where it is, as heavy as a building, so that the solver treats it as fixed; or lets it be as it
+/// was. (A constraint that holds it would yield, and a body moved by hand has no velocity in the solver's eyes.) A body
+/// whose inertia is the same in all poses takes it from dof_M0 and not from its armature, so both are set.
 class Pin {
  public:
   Pin() = default;

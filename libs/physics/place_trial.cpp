@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kHand = "primo:hand";
 constexpr double kHangSeconds = 0.05;   // between the grip and the opening
 constexpr double kStillSeconds = 0.05;  // at rest for so long: nothing will change
-constexpr double kHandArmature = 1e5;  // kg: what the hand touches does not slow it
+constexpr double kHandArmature = 1e5;   // kg: what the hand touches does not slow it
 constexpr double kDepthTolerance = 1e-4;
 
 /// One trial's simulation.
@@ -215,10 +215,12 @@ Result<PlaceWorkspace> PlaceWorkspace::create(const robot::Robot& robot, const H
       -(palm_pose(robot, robot.home()).linear().transpose() * robot.pose(home, robot.grasp_frame()).linear().col(2));
   AssembleOptions options;
   options.timestep = timestep;
-  options.extra = "  <compiler boundmass=\"1e-6\" boundinertia=\"1e-10\"/>\n  <worldbody>\n    <body name=\"" +
-                  std::string(kHand) + "\">\n      <joint name=\"" + kHand + "\" type=\"slide\" axis=\"" +
-                  numbers(back_P) + "\" armature=\"" + numbers(&kHandArmature, 1) + "\"/>\n" + hand.bodies +
-                  "    </body>\n  </worldbody>\n  <equality>\n" + hand.equalities + "  </equality>\n" + hand.tendons;
+  options.extra =
+      "  <compiler angle=\"radian\" autolimits=\"true\" boundmass=\"1e-6\" boundinertia=\"1e-10\"/>\n  <worldbody>\n   "
+      " <body name=\"" +
+      std::string(kHand) + "\">\n      <joint name=\"" + kHand + "\" type=\"slide\" axis=\"" + numbers(back_P) +
+      "\" armature=\"" + numbers(&kHandArmature, 1) + "\"/>\n" + hand.bodies +
+      "    </body>\n  </worldbody>\n  <equality>\n" + hand.equalities + "  </equality>\n" + hand.tendons;
   PlaceWorkspace w;
   PRIMO_ASSIGN(w.model, assemble(nullptr, row, options));
   w.data = Data(w.model);

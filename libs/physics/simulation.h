@@ -24,8 +24,8 @@ Reference reference_at(const Eigen::MatrixXd& q, double dt, double time);
 Reference at_rest(const Eigen::VectorXd& q);
 
 /// Arm configurations that move the grasp frame from q straight by `along` (m, in W), its orientation kept, in `parts`
-/// parts, slow at both ends: as far as the arm can. Where it cannot, it goes less far, and smoothly: this is the judge's
-/// motion, and nothing that a plan should be blamed for (docs/decisions/0203).
+/// parts, slow at both ends: as far as the arm can. Where it cannot, it goes less far, and smoothly: this is the
+/// judge's motion, and nothing that a plan should be blamed for (docs/decisions/0203).
 Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, const Eigen::Vector3d& along, int parts);
 
 class Simulation {

@@ -213,31 +213,18 @@ double bare_step_ms(const robot::Robot& robot, const JudgeRequest& request) {
   return (cpu_ms() - begin) / kSteps;
 }
 
-/// A place in both modes: milliseconds, steps a second, and the time of a step against a bare mj_step.
-nlohmann::ordered_json places(const robot::Robot& robot, const Judge& judge) {
+/// A place in both modes against bare steps of its model.
+Json places(const robot::Robot& robot, const Judge& judge) {
   auto request = physics::testing::place_at(robot, {0, 0, 0});
   if (!request) return {{"error", "no place found"}};
-  nlohmann::ordered_json out;
-  const double bare = bare_step_ms(robot, *request);
-  out["bare_step_us"] = 1e3 * bare;
-  for (const Mode mode : {Mode::final_pose, Mode::execute}) {
-    request->mode = mode;
-    auto row = time_of(judge, *request, mode == Mode::execute ? 10 : 40);
-    const auto verdict = judge.evaluate(*request);
-    if (!verdict.ok()) return {{"error", verdict.error().message}};
-    const double ms = row.value("median_ms", 0.0);
-    row["steps"] = verdict->steps;
-    row["steps_per_s"] = 1e3 * verdict->steps / ms;
-    if (mode == Mode::final_pose) row["ratio_to_bare_step"] = ms / verdict->steps / bare;
-    out[config::enum_name(mode)] = row;
-  }
-  std::vector<double> path;
-  for (int k = 0; k < 100; ++k) {
-    const double begin = cpu_ms();
-    evaluate_criteria({robot, request->scenario, "c1", request->q, request->dt, 0, request->settings});
-    path.push_back(cpu_ms() - begin);
-  }
-  out["path_criteria"] = summary(path);
+  BareStep bare;
+  bare.ms = bare_step_ms(robot, *request);
+  bare.steps = 1;
+  Json out;
+  out["final_pose"] = against(time_of(judge, *request, 40), bare);
+  request->mode = Mode::execute;
+  out["execute"] = summary(time_of(judge, *request, 10));
+  out["path_criteria"] = path_criteria(robot, *request);
   return out;
 }
 
