@@ -43,7 +43,7 @@ class Cma final : public Generational {
     return Descent(dimension(), restarts_.plan().population, mean, restarts_.plan().sigma);
   }
 
-  VectorXd draw(int index) const {
+  VectorXd normal(int index) const {
     Random random(settings().seed, "cma",
                   {static_cast<std::uint64_t>(settings().restart), static_cast<std::uint64_t>(number()),
                    static_cast<std::uint64_t>(index)});
@@ -52,20 +52,40 @@ class Cma final : public Generational {
     return z;
   }
 
-  std::vector<double> sample(int index) const override { return in_box(flat(descent_.point(draw(index)))); }
+  /// Standard normal each, and at right angles to each other in blocks of d: the directions of independent draws made
+  /// orthogonal, with the lengths that these draws had. So a generation looks into different directions (Wang, Emmerich
+  /// and Baeck, Mirrored Orthogonal Sampling for Covariance Matrix Adaptation Evolution Strategies, Evolutionary
+  /// Computation 27 (2019)).
+  std::vector<VectorXd> draws() const {
+    std::vector<VectorXd> all, directions;
+    for (int k = 0; k < size(); ++k) {
+      if (k % dimension() == 0) directions.clear();
+      const VectorXd raw = normal(k);
+      VectorXd z = raw;
+      for (int pass = 0; pass < 2; ++pass) {  // twice is enough for right angles to the last digits
+        for (const auto& direction : directions) z -= direction.dot(z) * direction;
+      }
+      const double rest = z.norm();
+      if (rest > 0) directions.push_back(z / rest);
+      all.push_back(rest > 0 ? z * (raw.norm() / rest) : raw);
+    }
+    return all;
+  }
+
+  std::vector<std::vector<double>> samples() const override {
+    std::vector<std::vector<double>> points;
+    for (const auto& z : draws()) points.push_back(in_box(flat(descent_.point(z))));
+    return points;
+  }
 
   void advance(const std::vector<double>& fitness) override {
-    std::vector<VectorXd> z;
     std::vector<double> costs;
-    for (int k = 0; k < size(); ++k) {
-      z.push_back(draw(k));
-      costs.push_back(-fitness[static_cast<std::size_t>(k)]);
-    }
+    for (const double value : fitness) costs.push_back(-value);
     const auto [low, high] = std::minmax_element(costs.begin(), costs.end());
     worst_ = std::max(worst_, *high);
     spent_ += size();
     if (*low < *high) {
-      descent_.update(z, costs);
+      descent_.update(draws(), costs);
     } else {
       // On the highest plateau found the distribution stays as it is.
       const bool on_top = -*low == best_fitness() && worst_ > *low;

@@ -186,9 +186,10 @@ Status Descent::load(const StateReader& state) {
   PRIMO_ASSIGN(const auto best, state.numbers("best_costs"));
   PRIMO_ASSIGN(const auto medians, state.numbers("median_costs", best.size()));
   PRIMO_ASSIGN(const auto means, state.numbers("mean_costs"));
-  const bool good = (B * B.transpose()).isIdentity(1e-6) && C.isApprox(C.transpose(), 1e-9) && C.diagonal().minCoeff() > 0 && D.minCoeff() > 0 &&
-                    counts[0] >= counts[1] && counts[1] >= 0 && counts[0] <= 2e9 && best.size() <= kLongestWindow &&
-                    best.size() <= counts[0] && means.size() <= kMeritGenerations;
+  const bool good = (B * B.transpose()).isIdentity(1e-6) && C.isApprox(C.transpose(), 1e-9) &&
+                    C.diagonal().minCoeff() > 0 && D.minCoeff() > 0 && counts[0] >= counts[1] && counts[1] >= 0 &&
+                    counts[0] <= 2e9 && best.size() <= kLongestWindow && best.size() <= counts[0] &&
+                    means.size() <= kMeritGenerations;
   if (!good) return Error{Code::data, "the optimizer's state: its distribution cannot be"};
   generations = static_cast<int>(counts[0]);
   updates = static_cast<int>(counts[1]);

@@ -64,7 +64,11 @@ class DifferentialEvolution final : public Generational {
     return u;
   }
 
-  std::vector<double> sample(int index) const override { return in_box(trial(index)); }
+  std::vector<Point> samples() const override {
+    std::vector<Point> points;
+    for (int k = 0; k < size(); ++k) points.push_back(in_box(trial(k)));
+    return points;
+  }
 
   void advance(const std::vector<double>& fitness) override {
     std::vector<Point> next = members_;

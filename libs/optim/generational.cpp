@@ -12,13 +12,13 @@ constexpr int kMostCandidates = 1 << 20;  // a generation; restored states are h
 void Generational::begin() {
   best_fitness_ = -std::numeric_limits<double>::infinity();
   fitness_.assign(static_cast<std::size_t>(wanted()), std::nullopt);
-  first_ = sample(0);
+  first_ = samples().front();
 }
 
 std::vector<Candidate> Generational::ask() const {
   std::vector<Candidate> candidates;
   if (done()) return candidates;
-  for (int k = 0; k < size(); ++k) candidates.push_back({number_, k, sample(k)});
+  for (auto& x : samples()) candidates.push_back({number_, static_cast<int>(candidates.size()), std::move(x)});
   return candidates;
 }
 
@@ -54,7 +54,7 @@ Status Generational::tell(int generation, int index, double fitness) {
   for (const auto& value : fitness_) all.push_back(*value);
   const auto top = std::max_element(all.begin(), all.end());  // the first one among equals
   if (*top > best_fitness_) {
-    best_ = sample(static_cast<int>(top - all.begin()));
+    best_ = samples()[static_cast<std::size_t>(top - all.begin())];
     best_fitness_ = *top;
   }
   advance(all);

@@ -31,8 +31,8 @@ class Generational : public Optimizer {
   /// @pre Called at the end of every derived constructor.
   void begin();
 
-  /// The candidate of this index, of the present generation, in the box.
-  virtual std::vector<double> sample(int index) const = 0;
+  /// The candidates of the present generation, in the box.
+  virtual std::vector<std::vector<double>> samples() const = 0;
   /// Learns from a generation of which all is told; number() is still its own.
   virtual void advance(const std::vector<double>& fitness) = 0;
   /// The size of the next generation. One that does not fit into the budget ends the search.

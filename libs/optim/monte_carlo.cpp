@@ -18,7 +18,12 @@ class MonteCarlo final : public Generational {
   }
 
  private:
-  std::vector<double> sample(int index) const override {
+  std::vector<std::vector<double>> samples() const override {
+    std::vector<std::vector<double>> points;
+    for (int k = 0; k < size(); ++k) points.push_back(sample(k));
+    return points;
+  }
+  std::vector<double> sample(int index) const {
     Random random(settings().seed, "monte_carlo",
                   {static_cast<std::uint64_t>(settings().restart), static_cast<std::uint64_t>(before() + index)});
     std::vector<double> x(bounds().lower.size());

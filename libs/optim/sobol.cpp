@@ -22,7 +22,12 @@ class Sobol final : public Generational {
   }
 
  private:
-  std::vector<double> sample(int index) const override {
+  std::vector<std::vector<double>> samples() const override {
+    std::vector<std::vector<double>> points;
+    for (int k = 0; k < size(); ++k) points.push_back(sample(k));
+    return points;
+  }
+  std::vector<double> sample(int index) const {
     const auto point = sequence_.point(static_cast<std::uint32_t>(before() + index));
     std::vector<double> u(point.size());
     // A digital shift keeps the sequence's nets; the bits below the sequence's own are random.

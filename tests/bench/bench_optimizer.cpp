@@ -81,7 +81,8 @@ Json on_function(const Case& c) {
                  [=](const Point& x) { return function->cost(x); });
 }
 
-/// The function about (1, …, 1) in a box that ends at 0: the optimum is the corner. The cost is that above the corner's.
+/// The function about (1, …, 1) in a box that ends at 0: the optimum is the corner. The cost is that above the
+/// corner's.
 Json on_boundary(const Case& c) {
   const auto* function = find_test_function(c.function).value();
   const double least = function->cost(Point(static_cast<std::size_t>(c.dimension), -1.0));
@@ -124,7 +125,8 @@ int main(int argc, char** argv) {
 #endif
     }
     // On ellipsoid and sphere in a corner; 1e-8 of the corner's cost is the target.
-    for (const char* function : {"sphere", "ellipsoid"}) results.push_back(on_boundary({"cma", function, d, 1e-6, budget}));
+    for (const char* function : {"sphere", "ellipsoid"})
+      results.push_back(on_boundary({"cma", function, d, 1e-6, budget}));
   }
   if (peers) {
     for (const auto& name : optimizer_names()) {

@@ -45,8 +45,8 @@ inline int pagmo_evaluations(double (*cost)(std::span<const double>), double low
   const auto population = static_cast<unsigned>(4 + static_cast<int>(3 * std::log(dimension)));
   pagmo::population start(pagmo::problem{problem}, population, seed);
   // pagmo's own defaults but for the step, and without its stop on flat fitness.
-  pagmo::algorithm cmaes{
-      pagmo::cmaes(static_cast<unsigned>(budget) / population, -1, -1, -1, -1, sigma, 1e-300, 1e-300, false, true, seed)};
+  pagmo::algorithm cmaes{pagmo::cmaes(static_cast<unsigned>(budget) / population, -1, -1, -1, -1, sigma, 1e-300, 1e-300,
+                                      false, true, seed)};
   cmaes.evolve(start);
   reached = counter.reached_after > 0;
   return reached ? static_cast<int>(counter.reached_after) : budget;
