@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kLongestWindow = 20000;  // generations
 constexpr double kSmallestStep = 1e-12;        // of the unit box: below it all candidates are one point
 constexpr double kLargestCondition = 1e14;     // of C: above it the eigendecomposition has lost its digits
+constexpr double kSameCost = 1e-12;            // relative
 constexpr std::size_t kMeritGenerations = 10;
 
 double median(std::vector<double> values) {
@@ -143,8 +144,19 @@ std::size_t Descent::window() const {
   return std::clamp<std::size_t>(static_cast<std::size_t>(generations) / 5, least, kLongestWindow);
 }
 
+/// Whether the costs of the last 10 + 30 n/λ generations differ, but by no more than their last digits: the bottom of a
+/// hollow. Equal costs are a plateau, and no reason to leave.
+bool Descent::at_the_bottom() const {
+  const auto span = static_cast<std::ptrdiff_t>(10 + 30 * p.n / p.lambda);
+  if (static_cast<std::ptrdiff_t>(best_costs.size()) < span) return false;
+  const auto low = std::min_element(best_costs.end() - span, best_costs.end());
+  const auto high = std::max_element(median_costs.end() - span, median_costs.end());
+  return *high > *low && *high - *low <= kSameCost * std::max(std::abs(*low), std::abs(*high));
+}
+
 bool Descent::stagnated() const {
   if (degenerate || !(sigma * std::sqrt(C.diagonal().maxCoeff()) > kSmallestStep)) return true;
+  if (at_the_bottom()) return true;
   return best_costs.size() >= window() && stalled(best_costs, window()) && stalled(median_costs, window());
 }
 

@@ -47,6 +47,7 @@ struct Descent {
   Eigen::VectorXd shared_weights(const std::vector<double>& costs, bool positive_only) const;
   void record(const std::vector<double>& costs);
   std::size_t window() const;
+  bool at_the_bottom() const;
   void decompose();
 };
 
