@@ -34,6 +34,29 @@ double cpu_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+/// Rolls out on the calling thread, and counts the CPU time of planner and judge.
+class Serial : public study::Evaluator {
+ public:
+  explicit Serial(const study::LocalWorkers& workers) : workers_(workers) {}
+  Status evaluate(std::span<const study::Rollout> rollouts,
+                  const std::function<void(std::size_t, study::RolloutResult)>& on_result) override {
+    for (std::size_t i = 0; i < rollouts.size(); ++i) {
+      const double begin = cpu_seconds();
+      auto result = workers_.roll_out(rollouts[i]);
+      seconds += cpu_seconds() - begin;
+      ++count;
+      if (!result.ok()) return result.error();
+      on_result(i, std::move(result).value());
+    }
+    return success();
+  }
+  double seconds = 0;
+  std::int64_t count = 0;
+
+ private:
+  const study::LocalWorkers& workers_;
+};
+
 /// The cost at which one restart first had a candidate with so many successes; the whole budget where it had none.
 struct Reached {
   int evaluations = 0, rollouts = 0;
@@ -100,11 +123,12 @@ Result<Json> measure(const Options& options) {
 
   const fs::path directory = fs::temp_directory_path() / ("primo_bench_gamma_" + std::to_string(::getpid()));
   fs::create_directories(directory);
+  Serial serial(*workers);
   const double begin = cpu_seconds();
   std::map<std::string, std::map<int, std::vector<study::EvaluationRecord>>> courses;
   {
     PRIMO_ASSIGN(auto journal, study::Journal::open(study::journal_file(directory)));
-    PRIMO_TRY(study::optimize(goal, *workers, journal, [](const study::Progress& p) {
+    PRIMO_TRY(study::optimize(goal, serial, journal, [](const study::Progress& p) {
       std::fprintf(stderr, "%-16s %5d/%d  γ best %.3f mean %.3f  σ %.3f  success %s\n", p.algorithm.c_str(), p.done,
                    p.total, p.best_gamma, p.mean_gamma, p.sigma, p.success.text().c_str());
     }));
@@ -124,8 +148,15 @@ Result<Json> measure(const Options& options) {
     }
     results.push_back({{"algorithm", algorithm}, {"all_but_one", summary(most)}, {"all_scenes", summary(all)}});
   }
-  return Json{{"bench", "gamma"},  {"study", loaded.name},         {"set", options.set},
-              {"scenes", scenes},  {"budget", search.evaluations}, {"cpu_seconds", cpu_seconds() - begin},
+  const double seconds = cpu_seconds() - begin;
+  return Json{{"bench", "gamma"},
+              {"study", loaded.name},
+              {"set", options.set},
+              {"scenes", scenes},
+              {"budget", search.evaluations},
+              {"rollouts", serial.count},
+              {"cpu_seconds", seconds},
+              {"share_outside_planning_and_judging", 1 - serial.seconds / seconds},
               {"results", results}};
 }
 
