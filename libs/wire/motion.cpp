@@ -60,7 +60,7 @@ std::vector<msg::EntrySearch> to_wire(const std::map<std::string, motion::Search
   for (const auto& [entry, search] : searches) {
     msg::EntrySearch one;
     one.entry(entry);
-    one.fixed(search.fixed);
+    one.keep(search.fixed);
     one.scale(static_cast<std::uint8_t>(search.scale));
     one.min(search.min);
     one.max(search.max);
@@ -76,7 +76,7 @@ Result<std::map<std::string, motion::Search>> from_wire(const std::string& field
   for (const msg::EntrySearch& one : searches) {
     PRIMO_TRY(check_text(field, one.entry()));
     motion::Search search;
-    search.fixed = one.fixed();
+    search.fixed = one.keep();
     PRIMO_ASSIGN(search.scale, enum_from<motion::Scale>(field + ".scale", one.scale()));
     search.min = one.min();
     search.max = one.max();

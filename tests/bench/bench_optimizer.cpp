@@ -110,23 +110,27 @@ Json on_pagmo(const Case& c) {
 int main(int argc, char** argv) {
   CLI::App app{"Evaluations that optimizers need on standard functions"};
   std::vector<int> dimensions = {10, 20, 40};
-  bool peers = false;
+  std::vector<std::string> functions = {"sphere", "ellipsoid", "rosenbrock"};
+  bool peers = false, alone = false, corners = true;
   app.add_option("--dim", dimensions, "dimensions")->capture_default_str();
+  app.add_option("--function", functions, "test functions")->capture_default_str();
+  app.add_flag("--alone", alone, "without pagmo, where it is installed");
+  app.add_flag("--corners,!--no-corners", corners, "with the optimum in a corner of the box, too");
   app.add_flag("--all", peers, "the other optimizers too, on the sphere and on Rastrigin's function");
   CLI11_PARSE(app, argc, argv);
 
   Json results = Json::array();
   for (const int d : dimensions) {
     const int budget = 10000 * d;
-    for (const char* function : {"sphere", "ellipsoid", "rosenbrock"}) {
+    for (const auto& function : functions) {
       results.push_back(on_function({"cma", function, d, 1e-8, budget}));
 #ifdef PRIMO_WITH_PAGMO
-      results.push_back(on_pagmo({"pagmo cmaes", function, d, 1e-8, budget}));
+      if (!alone) results.push_back(on_pagmo({"pagmo cmaes", function, d, 1e-8, budget}));
 #endif
     }
-    // On ellipsoid and sphere in a corner; 1e-8 of the corner's cost is the target.
-    for (const char* function : {"sphere", "ellipsoid"})
-      results.push_back(on_boundary({"cma", function, d, 1e-6, budget}));
+    for (const char* function : {"sphere", "ellipsoid"}) {
+      if (corners) results.push_back(on_boundary({"cma", function, d, 1e-6, budget}));
+    }
   }
   if (peers) {
     for (const auto& name : optimizer_names()) {

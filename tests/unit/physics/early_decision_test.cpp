@@ -43,9 +43,8 @@ TEST(EarlyDecision, a_final_pose_out_of_reach_gets_the_verdict_that_the_simulati
     ASSERT_TRUE(early.ok()) << early.error().message;
     if (early->outcome != Outcome::no_contact || early->steps != 0) continue;
     ++decided;
-    const TrialResult simulated =
-        run_trial(robot, *workspace, q, robot.forward(q).X_WB[static_cast<std::size_t>(palm)], target.X_WO(),
-                  early->position_error, request.settings, request.seed);
+    const TrialResult simulated = run_trial(robot, *workspace, q, robot.forward(q).X_WB[static_cast<std::size_t>(palm)],
+                                            target.X_WO(), early->position_error, request.settings, request.seed);
     EXPECT_GT(simulated.steps, 0);
     EXPECT_EQ(simulated.outcome, early->outcome);
     EXPECT_EQ(simulated.score, early->score);
