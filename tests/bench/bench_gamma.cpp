@@ -40,6 +40,7 @@ class Serial : public study::Evaluator {
   explicit Serial(const study::LocalWorkers& workers) : workers_(workers) {}
   Status evaluate(std::span<const study::Rollout> rollouts,
                   const std::function<void(std::size_t, study::RolloutResult)>& on_result) override {
+    if (enough) return Error{Code::unavailable, "enough"};
     for (std::size_t i = 0; i < rollouts.size(); ++i) {
       const double begin = cpu_seconds();
       auto result = workers_.roll_out(rollouts[i]);
@@ -50,6 +51,7 @@ class Serial : public study::Evaluator {
     }
     return success();
   }
+  bool enough = false;  ///< ends the search
   double seconds = 0;
   std::int64_t count = 0;
 
@@ -96,6 +98,29 @@ Json summary(const std::vector<Reached>& runs) {
           {"rollouts", numbers(rollouts)}};
 }
 
+/// The evaluations of one search, until a candidate succeeds in all scenes or the budget is spent.
+Result<std::vector<study::EvaluationRecord>> course_of(const study::OptimizeGoal& goal, Serial& serial) {
+  const fs::path directory = fs::temp_directory_path() / ("primo_bench_gamma_" + std::to_string(::getpid()));
+  fs::create_directories(directory);
+  serial.enough = false;
+  const auto on_progress = [&](const study::Progress& p) {
+    std::fprintf(stderr, "%-12s seed %llu %5d/%d  γ best %.3f mean %.3f  σ %.3f  success %s\n", p.algorithm.c_str(),
+                 static_cast<unsigned long long>(goal.seed), p.done, p.total, p.best_gamma, p.mean_gamma, p.sigma,
+                 p.success.text().c_str());
+    serial.enough = p.success.trials > 0 && p.success.successes == p.success.trials;
+  };
+  std::vector<study::EvaluationRecord> course;
+  {
+    PRIMO_ASSIGN(auto journal, study::Journal::open(study::journal_file(directory)));
+    const auto result = study::optimize(goal, serial, journal, on_progress);
+    if (!result.ok() && !serial.enough) return result.error();
+    PRIMO_ASSIGN(course, journal.evaluations());
+  }
+  std::error_code ignored;
+  fs::remove_all(directory, ignored);
+  return course;
+}
+
 Result<Json> measure(const Options& options) {
   PRIMO_ASSIGN(const auto loaded, study::load_study(options.study, options.set));
   study::LocalOptions local;
@@ -112,31 +137,22 @@ Result<Json> measure(const Options& options) {
   goal.optimizer.population = search.population;
   goal.optimizer.sigma = search.sigma;
   goal.optimizer.on_stagnation = search.on_stagnation;
-  goal.algorithms = search.algorithms;
-  goal.restarts = options.restarts;
   goal.judge = loaded.settings.judge;
-  goal.seed = loaded.settings.seed;
   auto settings = search.settings;
   settings.validation = 1;
   settings.sensitivity = 0;
   goal.settings = config::dump(settings);
 
-  const fs::path directory = fs::temp_directory_path() / ("primo_bench_gamma_" + std::to_string(::getpid()));
-  fs::create_directories(directory);
   Serial serial(*workers);
   const double begin = cpu_seconds();
   std::map<std::string, std::map<int, std::vector<study::EvaluationRecord>>> courses;
-  {
-    PRIMO_ASSIGN(auto journal, study::Journal::open(study::journal_file(directory)));
-    PRIMO_TRY(study::optimize(goal, serial, journal, [](const study::Progress& p) {
-      std::fprintf(stderr, "%-16s %5d/%d  γ best %.3f mean %.3f  σ %.3f  success %s\n", p.algorithm.c_str(), p.done,
-                   p.total, p.best_gamma, p.mean_gamma, p.sigma, p.success.text().c_str());
-    }));
-    PRIMO_ASSIGN(const auto evaluations, journal.evaluations());
-    for (const auto& e : evaluations) courses[e.algorithm][e.restart].push_back(e);
+  for (const auto& algorithm : search.algorithms) {
+    for (int restart = 0; restart < options.restarts; ++restart) {
+      goal.algorithms = {algorithm};
+      goal.seed = loaded.settings.seed + static_cast<std::uint64_t>(restart);
+      PRIMO_ASSIGN(courses[algorithm][restart], course_of(goal, serial));
+    }
   }
-  std::error_code ignored;
-  fs::remove_all(directory, ignored);
 
   const int scenes = static_cast<int>(goal.scenarios.size());
   Json results = Json::array();
@@ -167,7 +183,8 @@ int main(int argc, char** argv) {
   CLI::App app{"Rollouts until a success on the training scenes of a study"};
   app.add_option("--study", options.study, "study file")->capture_default_str();
   app.add_option("--set", options.set, "key=value of the study file, e.g. optimizer.racing.rounds=[2,4]");
-  app.add_option("--restarts", options.restarts, "random starts of each algorithm")->capture_default_str();
+  app.add_option("--restarts", options.restarts, "random starts of each algorithm, with seeds from the study's on")
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   const auto result = measure(options);
   if (!result.ok()) {
