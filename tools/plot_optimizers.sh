@@ -18,7 +18,7 @@ for row in json.load(open(sys.argv[1]))["results"]:
 PY
 {
   echo "set terminal pngcairo noenhanced size 1200,420 font 'DejaVu Sans,11'; set output '$2'"
-  echo "set multiplot layout 1,3; set logscale xy; set grid; set key left top; set xrange [8:50]; set yrange [1000:200000]"
+  echo "set multiplot layout 1,3; set logscale xy; set grid; set key right bottom; set xrange [8:50]; set yrange [1000:200000]"
   echo "set xtics (10,20,40); set xlabel 'dimension'; set ylabel 'evaluations to 1e-8 (median, quartiles)'"
   for function in sphere ellipsoid rosenbrock; do
     echo "set title '$function'"
