@@ -66,6 +66,7 @@ class DifferentialEvolution final : public Generational {
 
   std::vector<Point> samples() const override {
     std::vector<Point> points;
+    points.reserve(static_cast<std::size_t>(size()));
     for (int k = 0; k < size(); ++k) points.push_back(in_box(trial(k)));
     return points;
   }

@@ -20,6 +20,7 @@ class MonteCarlo final : public Generational {
  private:
   std::vector<std::vector<double>> samples() const override {
     std::vector<std::vector<double>> points;
+    points.reserve(static_cast<std::size_t>(size()));
     for (int k = 0; k < size(); ++k) points.push_back(sample(k));
     return points;
   }
