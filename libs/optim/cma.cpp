@@ -58,6 +58,7 @@ class Cma final : public Generational {
   /// Computation 27 (2019)).
   std::vector<VectorXd> draws() const {
     std::vector<VectorXd> all, directions;
+    all.reserve(static_cast<std::size_t>(size()));
     for (int k = 0; k < size(); ++k) {
       if (k % dimension() == 0) directions.clear();
       const VectorXd raw = normal(k);
@@ -74,12 +75,14 @@ class Cma final : public Generational {
 
   std::vector<std::vector<double>> samples() const override {
     std::vector<std::vector<double>> points;
+    points.reserve(static_cast<std::size_t>(size()));
     for (const auto& z : draws()) points.push_back(in_box(flat(descent_.point(z))));
     return points;
   }
 
   void advance(const std::vector<double>& fitness) override {
     std::vector<double> costs;
+    costs.reserve(fitness.size());
     for (const double value : fitness) costs.push_back(-value);
     const auto [low, high] = std::minmax_element(costs.begin(), costs.end());
     worst_ = std::max(worst_, *high);
