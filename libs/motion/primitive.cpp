@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <type_traits>
+#include <utility>
 
 #include "core/check.h"
 #include "motion/planner.h"
@@ -14,22 +16,96 @@ namespace {
 
 bool two_phased(const Task& task) { return task.profile == Profile::early_late || task.profile == Profile::ramp; }
 
-/// Calls f(name, ρ) for each open precision, in order.
+bool has_fraction(const Task& task) { return task.profile != Profile::constant && task.profile != Profile::final; }
+
+/// An entry of a task that may be open. `search` is null where the primitive file says nothing of it.
+template <class T>
+struct Entry {
+  std::string key;   // in Task::search
+  std::string name;  // in reports
+  T* value;
+  bool precision;
+  const Search* search;
+  bool open;
+  bool log() const {
+    const Scale scale = search == nullptr ? Scale::natural : search->scale;
+    return scale == Scale::log || (scale == Scale::natural && precision);
+  }
+};
+
+/// Calls f(entry) for each entry that this task has, in order.
+template <class T, class F>
+void for_each_entry(T& task, F&& f) {
+  using Value = std::conditional_t<std::is_const_v<T>, const double, double>;
+  const auto visit = [&](std::string key, const std::string& suffix, Value& value, bool precision) {
+    const auto at = task.search.find(key);
+    const Search* search = at == task.search.end() ? nullptr : &at->second;
+    const bool open = search != nullptr ? !search->fixed : precision && task.optimize;
+    f(Entry<Value>{std::move(key), task.name + suffix, &value, precision, search, open});
+  };
+  visit("rho", two_phased(task) ? ".early" : "", task.rho, true);
+  if (two_phased(task)) visit("rho_late", ".late", task.rho_late, true);
+  if (has_fraction(task)) visit("at", ".at", task.at, false);
+  for (std::size_t i = 0; i < task.target.size(); ++i) {
+    const std::string key = "target." + std::to_string(i);
+    visit(key, "." + key, task.target[i], false);
+  }
+}
+
+/// Calls f(entry) for each open entry of the primitive, in order.
 template <class P, class F>
 void for_each_open(P& primitive, F&& f) {
   for (auto& task : primitive.tasks) {
-    if (!task.optimize) continue;
-    if (two_phased(task)) {
-      f(task.name + ".early", task.rho);
-      f(task.name + ".late", task.rho_late);
-    } else {
-      f(task.name, task.rho);
-    }
+    for_each_entry(task, [&](const auto& entry) {
+      if (entry.open) f(entry);
+    });
   }
 }
 
 Error refuse(const Primitive& primitive, const std::string& message) {
   return {Code::config, "primitive '" + primitive.name + "': " + message};
+}
+
+/// What of one entry's search is wrong; empty when it is well.
+std::string search_complaint(const Entry<const double>& entry) {
+  if (!entry.open) return {};
+  if (entry.log() && *entry.value <= 0) {
+    return entry.precision ? "a precision of 0 has no logarithm; make it positive or set optimize: false"
+                           : "only a positive entry has a logarithm; make it so or set scale: linear";
+  }
+  if (entry.search == nullptr) return {};
+  const auto [min, max] = std::pair(entry.search->min, entry.search->max);
+  if (min == 0 && max == 0) {
+    if (entry.precision && entry.log()) return {};
+    return "bounds min and max are needed; only precisions on a log scale take the study's";
+  }
+  if (!(min < max)) {
+    return "min is " + config::detail::format(min) + ", must be below max, " + config::detail::format(max);
+  }
+  if (entry.log() && min <= 0) return "min must be positive on a log scale";
+  if (entry.precision && (min < 0 || max > 1e12)) return "precisions must stay in 0 … 1e12";
+  if (entry.key == "at" && (min < 0 || max > 1)) return "the fraction must stay in 0 … 1";
+  if (entry.key.starts_with("target") && !(std::abs(min) < 1e6 && max < 1e6)) return "targets must stay below 1e6";
+  return {};
+}
+
+Status validate_search(const Primitive& primitive, const Task& task, const std::string& key) {
+  std::string complaint, known;
+  std::set<std::string> keys;
+  for_each_entry(task, [&](const Entry<const double>& entry) {
+    known += (known.empty() ? "" : ", ") + entry.key;
+    keys.insert(entry.key);
+    if (complaint.empty() && !search_complaint(entry).empty()) complaint = entry.key + ": " + search_complaint(entry);
+  });
+  for (const auto& [name, search] : task.search) {
+    if (!keys.contains(name)) complaint = "'" + name + "' is no entry of this task; it has " + known;
+  }
+  if (!complaint.empty()) return refuse(primitive, key + ".search: " + complaint);
+  const auto at = task.search.find("at");
+  if (task.profile == Profile::ends && at != task.search.end() && !at->second.fixed && at->second.max > 0.5) {
+    return refuse(primitive, key + ".search: at: profile ends needs 0 … 0.5");
+  }
+  return success();
 }
 
 Status validate_task(const Primitive& primitive, std::size_t i) {
@@ -51,9 +127,6 @@ Status validate_task(const Primitive& primitive, std::size_t i) {
   if (!two_phased(task) && task.rho_late != 0) {
     return refuse(primitive, key + ".rho_late: only profiles early_late and ramp have a late precision");
   }
-  if (task.optimize && (task.rho <= 0 || (two_phased(task) && task.rho_late <= 0))) {
-    return refuse(primitive, key + ": a precision of 0 has no logarithm; make it positive or set optimize: false");
-  }
   if (!(task.at >= 0 && task.at <= 1)) return refuse(primitive, key + ".at: expected 0 … 1");
   if (task.profile == Profile::ends && task.at > 0.5) {
     return refuse(primitive, key + ".at: profile ends needs 0 … 0.5, or its two ends overlap");
@@ -64,29 +137,61 @@ Status validate_task(const Primitive& primitive, std::size_t i) {
   for (const double y : task.target) {
     if (!(std::abs(y) < 1e6)) return refuse(primitive, key + ".target: expected finite numbers below 1e6");
   }
-  return success();
+  return validate_search(primitive, task, key);
 }
 
 }  // namespace
 
+std::vector<OpenEntry> Primitive::open_entries(double log_rho_min, double log_rho_max) const {
+  std::vector<OpenEntry> entries;
+  for_each_open(*this, [&](const Entry<const double>& entry) {
+    const bool log = entry.log();
+    const auto coordinate = [log](double value) { return log ? std::log10(value) : value; };
+    OpenEntry open{entry.name, log, coordinate(*entry.value), log_rho_min, log_rho_max};
+    if (entry.search != nullptr && entry.search->min < entry.search->max) {
+      open.lower = coordinate(entry.search->min);
+      open.upper = coordinate(entry.search->max);
+    }
+    entries.push_back(std::move(open));
+  });
+  return entries;
+}
+
+Primitive Primitive::with_entries(const std::vector<double>& coordinates) const {
+  Primitive changed = *this;
+  std::size_t i = 0;
+  for_each_open(changed, [&](const Entry<double>& entry) {
+    PRIMO_CHECK(i < coordinates.size(), "fewer coordinates than open entries");
+    const double coordinate = coordinates[i++];
+    *entry.value = entry.log() ? std::pow(10.0, coordinate) : coordinate;
+  });
+  PRIMO_CHECK(i == coordinates.size(), "more coordinates than open entries");
+  return changed;
+}
+
 std::vector<double> Primitive::log_rho() const {
   std::vector<double> values;
-  for_each_open(*this, [&](const std::string&, const double& rho) { values.push_back(std::log10(rho)); });
+  for_each_open(*this, [&](const Entry<const double>& entry) {
+    if (entry.precision) values.push_back(std::log10(*entry.value));
+  });
   return values;
 }
 
 std::vector<std::string> Primitive::rho_names() const {
   std::vector<std::string> names;
-  for_each_open(*this, [&](const std::string& rho_name, const double&) { names.push_back(rho_name); });
+  for_each_open(*this, [&](const Entry<const double>& entry) {
+    if (entry.precision) names.push_back(entry.name);
+  });
   return names;
 }
 
 Primitive Primitive::with_log_rho(const std::vector<double>& values) const {
   Primitive changed = *this;
   std::size_t i = 0;
-  for_each_open(changed, [&](const std::string&, double& rho) {
+  for_each_open(changed, [&](const Entry<double>& entry) {
+    if (!entry.precision) return;
     PRIMO_CHECK(i < values.size(), "fewer log ρ than open precisions");
-    rho = std::pow(10.0, values[i++]);
+    *entry.value = std::pow(10.0, values[i++]);
   });
   PRIMO_CHECK(i == values.size(), "more log ρ than open precisions");
   return changed;

@@ -23,8 +23,15 @@ enum class Profile {
   /// −y* (T − t)/w for t ≥ T − w; nothing between [ρ]. at ≤ ½.
   ends,
 };
+
+/// How the optimizer goes over an entry. natural: precisions in log10, everything else as it is.
+enum class Scale { natural, linear, log };
 }  // namespace primo::motion
 
+template <>
+struct primo::config::EnumNames<primo::motion::Scale> {
+  static constexpr std::array<std::string_view, 3> names = {"natural", "linear", "log"};
+};
 template <>
 struct primo::config::EnumNames<primo::motion::Profile> {
   static constexpr std::array<std::string_view, 7> names = {"constant", "final", "late", "early_late",
@@ -32,6 +39,20 @@ struct primo::config::EnumNames<primo::motion::Profile> {
 };
 
 namespace primo::motion {
+
+/// What the optimizer may do with one entry of a task.
+struct Search {
+  bool fixed = false;  ///< not open, though the task's precisions are
+  Scale scale = Scale::natural;
+  double min = 0, max = 0;  ///< of the entry itself; both 0: the study's bounds, for precisions only
+  template <class V>
+  void visit(V&& v) {
+    v("fixed", fixed, {.help = "keeps its value"});
+    v("scale", scale, {.help = "natural: log10 for precisions, else linear"});
+    v("min", min, {.help = "of the entry itself, not of its logarithm", .min = -1e6, .max = 1e12});
+    v("max", max, {.help = "min and max 0: the study's bounds, for precisions only", .min = -1e6, .max = 1e12});
+  }
+};
 
 /// One φ_i with its target, time profile and precision(s). `variable` names an entry of the table of task variables.
 struct Task {
@@ -49,6 +70,9 @@ struct Task {
   /// Whether the target comes linearly from φ(q_0): y*_t = y* + (1 − t/T) (φ(q_0) − y*). Not for ramp and ends, whose
   /// targets have a course of their own.
   bool from_start = false;
+  /// How entries are searched: rho, rho_late, at, target.0, target.1, … What is named here is open, whatever `optimize`
+  /// says, unless it is fixed.
+  std::map<std::string, Search> search = {};
   template <class V>
   void visit(V&& v) {
     v("name", name, {.help = "unique in the primitive", .required = true});
@@ -62,7 +86,16 @@ struct Task {
     v("optimize", optimize, {.help = "open to the optimizer"});
     v("of", of, {.help = "the frames and objects φ is of"});
     v("from_start", from_start, {.help = "the target comes linearly from its value at the start"});
+    v("search", search, {.help = "bounds and scale of what is open: rho, rho_late, at, target.0, target.1, ..."});
   }
+};
+
+/// A coordinate of the optimizer's search space.
+struct OpenEntry {
+  std::string name;  ///< "position", "fingers.early", "position.at", "lift.target.2"
+  bool log = false;  ///< whether the coordinate is log10 of the entry
+  double value = 0;  ///< the coordinate of the primitive's own entry
+  double lower = 0, upper = 0;
 };
 
 struct Primitive {
@@ -77,8 +110,13 @@ struct Primitive {
   double control_rate = 1.0;  ///< H = control_rate · W · τ
   std::vector<Task> tasks;
 
-  /// The open precisions as log10 ρ, in the order of tasks, early before late; and the same names: "position",
-  /// "fingers.early".
+  /// What the optimizer may change, in the order of tasks; in a task: precision (early before late), profile fraction,
+  /// targets. `log_rho_min` and `log_rho_max` bound precisions that have no bounds of their own.
+  std::vector<OpenEntry> open_entries(double log_rho_min, double log_rho_max) const;
+  /// The primitive with these coordinates. @pre one for each open entry.
+  Primitive with_entries(const std::vector<double>& coordinates) const;
+
+  /// The open precisions alone, as log10 ρ, in the same order; and their names.
   std::vector<double> log_rho() const;
   std::vector<std::string> rho_names() const;
   /// The primitive with these log10 ρ. @pre size matches log_rho().

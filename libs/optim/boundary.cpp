@@ -53,4 +53,23 @@ double BoundaryPenalty::operator()(const Eigen::VectorXd& u, const Eigen::Vector
   return std::isfinite(penalty) ? std::min(penalty, kLargest) : kLargest;
 }
 
+void BoundaryPenalty::save(State& state) const {
+  state["penalty_weights"] = active_ ? flat(weights_) : std::vector<double>{};
+  state["penalty_spreads"] = {spreads_.begin(), spreads_.end()};
+}
+
+Status BoundaryPenalty::load(const StateReader& state, int dimension) {
+  PRIMO_ASSIGN(const auto weights, state.numbers("penalty_weights"));
+  PRIMO_ASSIGN(const auto spreads, state.numbers("penalty_spreads"));
+  const auto n = static_cast<std::size_t>(dimension);
+  active_ = !weights.empty();
+  if ((active_ && weights.size() != n) || spreads.size() > 20 + 3 * n) {
+    return Error{Code::data, "the optimizer's state: 'penalty_weights' or 'penalty_spreads' has a wrong size"};
+  }
+  weights_.setZero(dimension);
+  if (active_) weights_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), dimension);
+  spreads_.assign(spreads.begin(), spreads.end());
+  return success();
+}
+
 }  // namespace primo::optim

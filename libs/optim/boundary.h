@@ -7,6 +7,8 @@
 #include <deque>
 #include <vector>
 
+#include "optim/state.h"
+
 namespace primo::optim {
 
 /// The nearest point of the unit box.
@@ -23,6 +25,9 @@ class BoundaryPenalty {
 
   /// What is added to the cost of `u`; 0 inside the box, never negative, finite.
   double operator()(const Eigen::VectorXd& u, const Eigen::VectorXd& c_diagonal) const;
+
+  void save(State& state) const;
+  Status load(const StateReader& state, int dimension);
 
  private:
   Eigen::VectorXd weights_;

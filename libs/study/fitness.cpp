@@ -112,6 +112,11 @@ double trajectory_fitness(const RolloutResult& result, bool success, const Fitne
   return g;
 }
 
+double signal(const RolloutResult& result, bool success, Signal kind, const FitnessSettings& settings) {
+  if (kind == Signal::binary) return success ? 1 : 0;
+  return trajectory_fitness(result, success && kind == Signal::mixed, settings);
+}
+
 double worst_fitness(const FitnessSettings& settings, int max_iterations) {
   return -settings.path_length * settings.path_length_cap - settings.iterations * max_iterations -
          settings.speed * settings.speed_range;

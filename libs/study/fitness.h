@@ -61,6 +61,13 @@ struct FitnessSettings {
   Status validate() const;
 };
 
+/// What γ is the mean of.
+enum class Signal {
+  mixed,   ///< half success, half graded: the weights of FitnessSettings
+  graded,  ///< without success
+  binary,  ///< success alone: 1 or 0
+};
+
 /// The variable that stands for the i-th argument of an action in lifted literals: X, Y, Z, U, V, W, A6, A7, …
 std::string argument_variable(std::size_t i);
 
@@ -76,6 +83,9 @@ bool succeeded(const RolloutResult& result, const std::vector<symbols::Literal>&
 
 /// g(x̄) of one trajectory. Always finite; a rollout without a plan scores worst_fitness().
 double trajectory_fitness(const RolloutResult& result, bool success, const FitnessSettings& settings);
+
+/// What γ is the mean of. binary: 1 or 0; graded: trajectory_fitness() as if nothing succeeded.
+double signal(const RolloutResult& result, bool success, Signal kind, const FitnessSettings& settings);
 
 /// The lower bound of trajectory_fitness().
 double worst_fitness(const FitnessSettings& settings, int max_iterations);

@@ -24,16 +24,18 @@ constexpr int kApplicationId = 0x5072696d;  // "Prim"
 
 constexpr const char* kSchema = R"sql(
   PRAGMA application_id = 1349675373;
-  PRAGMA user_version = 1;
+  PRAGMA user_version = 2;
   CREATE TABLE answers (key TEXT PRIMARY KEY, kind TEXT NOT NULL, reply TEXT NOT NULL, digest TEXT NOT NULL, seconds REAL NOT NULL);
   CREATE TABLE evaluations (round INTEGER, algorithm TEXT, restart INTEGER, generation INTEGER, candidate INTEGER, gamma REAL,
     successes INTEGER, final_pose INTEGER, scenarios INTEGER, x TEXT, PRIMARY KEY (round, algorithm, restart, generation, candidate))
     WITHOUT ROWID;
   CREATE TABLE finalists (round INTEGER, algorithm TEXT, restart INTEGER, kind TEXT, gamma REAL, successes INTEGER, trials INTEGER,
     chosen INTEGER, x TEXT, PRIMARY KEY (round, algorithm, restart, kind)) WITHOUT ROWID;
+  CREATE TABLE sensitivities (round INTEGER, entry INTEGER, name TEXT, log INTEGER, side INTEGER, x REAL, gamma REAL,
+    successes INTEGER, trials INTEGER, PRIMARY KEY (round, entry, side)) WITHOUT ROWID;
   CREATE TABLE timings (id INTEGER PRIMARY KEY, round INTEGER, stage TEXT, seconds REAL, rollouts INTEGER);
 )sql";
-static_assert(kApplicationId == 1349675373 && Journal::kVersion == 1, "the schema states both as literals");
+static_assert(kApplicationId == 1349675373 && Journal::kVersion == 2, "the schema states both as literals");
 
 /// Guards a row against bytes that changed on the disk: SQLite has no checksums of its own.
 std::string row_digest(const std::string& key, const std::string& kind, const std::string& reply) {
@@ -260,6 +262,45 @@ Result<std::vector<FinalistRecord>> Journal::finalists() {
     f.chosen = rows.integer(7) != 0;
     PRIMO_ASSIGN(f.x, decode_x(rows.text(8)));
     found.push_back(std::move(f));
+  }
+}
+
+Status Journal::record_sensitivities(std::span<const SensitivityRecord> sensitivities) {
+  const std::string name = file_.string();
+  PRIMO_ASSIGN(Transaction transaction, Transaction::begin(database_.get(), name));
+  PRIMO_ASSIGN(Statement insert,
+               Statement::prepare(database_.get(), name,
+                                  "INSERT OR REPLACE INTO sensitivities VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"));
+  for (const auto& s : sensitivities) {
+    for (std::size_t side = 0; side < s.x.size(); ++side) {
+      insert.bind(s.round).bind(s.index).bind(s.entry).bind(s.log ? 1 : 0).bind(static_cast<int>(side));
+      insert.bind(s.x[side]).bind(s.gamma[side]).bind(s.success[side].successes).bind(s.success[side].trials);
+      PRIMO_TRY(insert.run());
+    }
+  }
+  return transaction.commit();
+}
+
+Result<std::vector<SensitivityRecord>> Journal::sensitivities() {
+  PRIMO_ASSIGN(Statement rows,
+               Statement::prepare(database_.get(), file_.string(),
+                                  "SELECT round, entry, name, log, side, x, gamma, successes, trials FROM "
+                                  "sensitivities ORDER BY round, entry, side"));
+  std::vector<SensitivityRecord> found;
+  while (true) {
+    PRIMO_ASSIGN(const bool row, rows.step());
+    if (!row) return found;
+    const auto side = static_cast<std::size_t>(rows.integer(4));
+    if (side == 0) found.emplace_back();
+    if (found.empty() || side >= found.back().x.size()) return damaged(file_, "has sensitivities out of order");
+    SensitivityRecord& s = found.back();
+    s.round = static_cast<int>(rows.integer(0));
+    s.index = static_cast<int>(rows.integer(1));
+    s.entry = rows.text(2);
+    s.log = rows.integer(3) != 0;
+    s.x[side] = rows.real(5);
+    s.gamma[side] = rows.real(6);
+    s.success[side] = {rows.integer(7), rows.integer(8)};
   }
 }
 

@@ -2,6 +2,7 @@
 // WAL mode with synchronous=FULL. Two processes (conductor, optimizer) may write the same file.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -52,6 +53,17 @@ struct FinalistRecord {
   std::vector<double> x;  ///< log10 ρ
 };
 
+/// γ around the chosen primitive along one of its open entries: at the choice, a step below it, a step above it.
+struct SensitivityRecord {
+  int round = 0;
+  int index = 0;              ///< of the entry
+  std::string entry;          ///< its name
+  bool log = false;           ///< whether x is log10 of it
+  std::array<double, 3> x{};  ///< coordinate at the choice, below, above; the choice's own where a bound leaves no step
+  std::array<double, 3> gamma{};
+  std::array<Rate, 3> success{};
+};
+
 /// Wall-clock time of a stage that ran to its end. Never part of a result.
 struct TimingRecord {
   int round = 0;
@@ -84,13 +96,15 @@ class Journal {
   Result<std::vector<EvaluationRecord>> evaluations();  ///< in order of round, algorithm, restart, generation, index
   Status record_finalists(std::span<const FinalistRecord> finalists);
   Result<std::vector<FinalistRecord>> finalists();
+  Status record_sensitivities(std::span<const SensitivityRecord> sensitivities);
+  Result<std::vector<SensitivityRecord>> sensitivities();  ///< in order of round, entry
   Status record_timing(const TimingRecord& timing);
   Result<std::vector<TimingRecord>> timings();          ///< in order of arrival
   Result<std::int64_t> count(const std::string& kind);  ///< answers of this kind
 
   const std::filesystem::path& file() const { return file_; }
 
-  static constexpr int kVersion = 1;
+  static constexpr int kVersion = 2;
 
  private:
   struct Closer {

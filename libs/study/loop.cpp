@@ -300,6 +300,7 @@ Result<OptimizeResult> Loop::optimize(const motion::Primitive& primitive, const 
   goal.optimizer.evaluations = search.evaluations;
   goal.optimizer.population = search.population;
   goal.optimizer.sigma = search.sigma;
+  goal.optimizer.on_stagnation = search.on_stagnation;
   goal.algorithms = search.algorithms;
   goal.restarts = search.restarts;
   goal.judge = study_.settings.judge;

@@ -1,22 +1,15 @@
 #include "study/optimization.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <utility>
 
 #include "core/random.h"
-#include "study/rollout.h"
+#include "study/candidates.h"
 
 namespace primo::study {
 namespace {
-
-/// γ of one primitive on a set of rollouts, and how often it succeeded there.
-struct Score {
-  double gamma = 0;
-  int successes = 0;
-  int final_pose = 0;
-  int rollouts = 0;
-};
 
 /// A recommendation that the final choice is made among.
 struct Finalist {
@@ -24,15 +17,25 @@ struct Finalist {
   motion::Primitive primitive;
 };
 
+/// The best sample so far. Evaluated anew in each generation its γ is the mean over these.
+struct Incumbent {
+  std::vector<double> x;
+  Score score;
+  double gamma_sum = 0;
+  int evaluations = 0;
+  double gamma() const { return gamma_sum / std::max(1, evaluations); }
+};
+
 /// One algorithm from one random start.
 struct Run {
   std::string algorithm;
   int restart = 0;
   std::unique_ptr<optim::Optimizer> optimizer;
-  Score best;  ///< of the best sample so far
-  double best_gamma = 0;
+  Incumbent best;
+  int reevaluations = 0;            ///< of the incumbent; they are on the budget
   std::vector<double> best_course;  ///< best γ after each generation
   int full_success = 0;             ///< latest generations in a row in which a candidate succeeded everywhere
+  int evaluations() const { return optimizer->evaluations() + reevaluations; }
 };
 
 class Optimization {
@@ -41,28 +44,33 @@ class Optimization {
                const OnProgress& on_progress)
       : goal_(goal),
         settings_(settings),
+        entries_(goal.primitive.open_entries(settings.log_rho_min, settings.log_rho_max)),
         evaluator_(evaluator, journal),
+        candidates_(goal_, settings_, evaluator_),
         journal_(journal),
         on_progress_(on_progress) {}
 
   Result<OptimizeResult> run();
 
  private:
-  using SeedOf = std::function<std::uint64_t(std::size_t scenario)>;
-
   Result<Run> start(const std::string& algorithm, int restart) const;
   Status search(Run& run);
   Result<bool> may_stop(const Run& run, int generation);
-  Result<std::vector<Score>> evaluate(const std::vector<motion::Primitive>& primitives,
-                                      const std::vector<SeedOf>& seeds);
   Status record(const Run& run, const std::vector<optim::Candidate>& candidates, const std::vector<Score>& scores);
   void report(const Run& run, const std::vector<Score>& scores, bool finished) const;
   void add_finalists(const Run& run);
   Result<OptimizeResult> choose();
+  Status explore(const Finalist& chosen);
+  SeedOf seeds_of(int generation) const;
+  std::vector<SeedOf> validation_seeds() const;
+  bool over(const Run& run) const;
+  void learn(Run& run, const std::vector<optim::Candidate>& candidates, const std::vector<Score>& scores) const;
 
   const OptimizeGoal& goal_;
   const OptimizationSettings settings_;
+  const std::vector<motion::OpenEntry> entries_;
   JournaledEvaluator evaluator_;
+  Candidates candidates_;
   Journal& journal_;
   const OnProgress& on_progress_;
   std::vector<Finalist> finalists_;
@@ -80,8 +88,8 @@ Status validate(const OptimizeGoal& goal) {
     return wrong("no algorithm; known ones: " + config::detail::joined(optim::optimizer_names()));
   if (goal.restarts < 1) return wrong("restarts is " + std::to_string(goal.restarts) + ", must be at least 1");
   if (goal.desired.empty()) return wrong("no desired outcome");
-  if (goal.primitive.log_rho().empty())
-    return wrong("primitive '" + goal.primitive.name + "' has no precision open to the optimizer");
+  if (goal.primitive.open_entries(0, 1).empty())
+    return wrong("primitive '" + goal.primitive.name + "' has no precision or other entry open to the optimizer");
   return success();
 }
 
@@ -90,9 +98,11 @@ Result<Run> Optimization::start(const std::string& algorithm, int restart) const
   settings.name = algorithm;
   settings.restart = restart;
   settings.seed = Random(goal_.seed, "optimizer", {static_cast<std::uint64_t>(goal_.round)}).bits();
-  const std::size_t dimension = goal_.primitive.log_rho().size();
-  const optim::Bounds bounds{std::vector<double>(dimension, settings_.log_rho_min),
-                             std::vector<double>(dimension, settings_.log_rho_max)};
+  optim::Bounds bounds;
+  for (const auto& entry : entries_) {
+    bounds.lower.push_back(entry.lower);
+    bounds.upper.push_back(entry.upper);
+  }
   Run run;
   run.algorithm = algorithm;
   run.restart = restart;
@@ -100,39 +110,20 @@ Result<Run> Optimization::start(const std::string& algorithm, int restart) const
   return run;
 }
 
-Result<std::vector<Score>> Optimization::evaluate(const std::vector<motion::Primitive>& primitives,
-                                                  const std::vector<SeedOf>& seeds) {
-  const std::size_t scenarios = goal_.scenarios.size();
-  const std::size_t each = scenarios * seeds.size();
-  std::vector<Rollout> rollouts;
-  rollouts.reserve(primitives.size() * each);
-  for (const auto& primitive : primitives) {
-    for (const auto& seed_of : seeds) {
-      for (std::size_t k = 0; k < scenarios; ++k) {
-        rollouts.push_back(
-            {goal_.scenarios[k], goal_.estimates[k], primitive, seed_of(k), physics::Mode::final_pose, goal_.judge});
-      }
-    }
+SeedOf Optimization::seeds_of(int generation) const {
+  return [this, generation](std::size_t candidate, std::size_t scenario) {
+    return training_seed(goal_, generation, scenario, settings_.common_random_numbers ? 0 : candidate + 1);
+  };
+}
+
+std::vector<SeedOf> Optimization::validation_seeds() const {
+  std::vector<SeedOf> seeds;
+  for (int repetition = 0; repetition < settings_.validation; ++repetition) {
+    seeds.push_back([this, repetition](std::size_t, std::size_t scenario) {
+      return validation_seed(goal_.seed, repetition, scenario);
+    });
   }
-  std::vector<double> g(rollouts.size(), 0);
-  std::vector<Score> scores(primitives.size());
-  std::string refused;
-  PRIMO_TRY(evaluator_.evaluate(rollouts, [&](std::size_t i, const RolloutResult& result) {
-    const std::size_t k = i % scenarios;
-    if (result.plan_status == motion::PlanStatus::bad_input)
-      refused = goal_.scenarios[k].name + ": " + result.plan_reason;
-    const bool success = succeeded(result, goal_.desired, goal_.scenarios[k].action);
-    g[i] = trajectory_fitness(result, success, settings_.fitness);
-    Score& score = scores[i / each];
-    score.successes += success;
-    score.final_pose += result.verdict.final_pose_success;
-  }));
-  if (!refused.empty()) return Error{Code::failed, "the planner refused a request of the optimization: " + refused};
-  for (std::size_t p = 0; p < primitives.size(); ++p) {
-    scores[p].gamma = fitness(std::span<const double>(g).subspan(p * each, each));
-    scores[p].rollouts = static_cast<int>(each);
-  }
-  return scores;
+  return seeds;
 }
 
 Status Optimization::record(const Run& run, const std::vector<optim::Candidate>& candidates,
@@ -162,11 +153,13 @@ void Optimization::report(const Run& run, const std::vector<Score>& scores, bool
   progress.round = goal_.round;
   progress.stage = "optimize";
   progress.algorithm = goal_.restarts > 1 ? run.algorithm + " " + std::to_string(run.restart + 1) : run.algorithm;
-  progress.done = run.optimizer->evaluations();
+  progress.done = run.evaluations();
   progress.total = goal_.optimizer.evaluations;
-  progress.best_gamma = run.best_gamma;
+  progress.best_gamma = run.best.gamma();
   for (const auto& score : scores) progress.mean_gamma += score.gamma / static_cast<double>(scores.size());
-  progress.success = {run.best.successes, run.best.rollouts};
+  progress.sigma = run.optimizer->sigma();
+  progress.condition = run.optimizer->condition();
+  progress.success = {run.best.score.successes, run.best.score.rollouts};
   progress.finished = finished;
   progress.text = run.optimizer->stop_reason();
   on_progress_(progress);
@@ -179,37 +172,60 @@ Result<bool> Optimization::may_stop(const Run& run, int generation) {
     return false;
   const double before = run.best_course[run.best_course.size() - 1 - patience];
   if (run.best_course.back() - before >= settings_.early_stop.tolerance) return false;
-  PRIMO_ASSIGN(const auto scores, evaluate({goal_.primitive.with_log_rho(run.optimizer->recommendation())},
-                                           {[&](std::size_t k) { return training_seed(goal_, generation, k); }}));
-  return scores[0].successes == scores[0].rollouts;
+  PRIMO_ASSIGN(const auto scores, candidates_.evaluate({goal_.primitive.with_entries(run.optimizer->recommendation())},
+                                                       {seeds_of(generation)}));
+  return scores[0].succeeded_everywhere();
+}
+
+/// Whether the next generation no longer fits into the budget, or the algorithm has ended itself.
+bool Optimization::over(const Run& run) const {
+  if (run.optimizer->done()) return true;
+  const int incumbent = settings_.reevaluate_incumbent && !run.best.x.empty() ? 1 : 0;
+  const int next = static_cast<int>(run.optimizer->ask().size()) + incumbent;
+  return incumbent > 0 && run.evaluations() + next > goal_.optimizer.evaluations;
+}
+
+/// The incumbent after a generation: the greatest γ among the candidates that went through all scenarios, if it beats
+/// the incumbent's.
+void Optimization::learn(Run& run, const std::vector<optim::Candidate>& candidates,
+                         const std::vector<Score>& scores) const {
+  bool full = false;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    full = full || scores[c].succeeded_everywhere();
+    if (!scores[c].whole || (run.best.evaluations > 0 && !(scores[c].gamma > run.best.gamma()))) continue;
+    run.best = {candidates[c].x, scores[c], scores[c].gamma, 1};
+  }
+  run.full_success = full ? run.full_success + 1 : 0;
+  run.best_course.push_back(run.best.gamma());
 }
 
 Status Optimization::search(Run& run) {
   bool stop = false;
-  while (!stop && !run.optimizer->done()) {
+  while (!stop && !over(run)) {
     const auto candidates = run.optimizer->ask();
     PRIMO_CHECK(!candidates.empty(), "an optimizer that is not done asks for candidates");
     const int generation = candidates.front().generation;
     std::vector<motion::Primitive> primitives;
-    for (const auto& candidate : candidates) primitives.push_back(goal_.primitive.with_log_rho(candidate.x));
-    PRIMO_ASSIGN(const auto scores,
-                 evaluate(primitives, {[&](std::size_t k) { return training_seed(goal_, generation, k); }}));
-    bool full = false;
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
-      PRIMO_TRY(run.optimizer->tell(generation, candidates[c].index, scores[c].gamma));
-      if (run.best.rollouts == 0 || scores[c].gamma > run.best_gamma) {
-        run.best = scores[c];
-        run.best_gamma = scores[c].gamma;
-      }
-      full = full || scores[c].successes == scores[c].rollouts;
+    const std::size_t incumbent = settings_.reevaluate_incumbent && !run.best.x.empty() ? 1 : 0;
+    if (incumbent > 0) primitives.push_back(goal_.primitive.with_entries(run.best.x));
+    for (const auto& candidate : candidates) primitives.push_back(goal_.primitive.with_entries(candidate.x));
+    PRIMO_ASSIGN(auto scores,
+                 candidates_.race(primitives, seeds_of(generation), static_cast<std::size_t>(generation), incumbent));
+    if (incumbent > 0) {
+      run.best.gamma_sum += scores.front().gamma;
+      ++run.best.evaluations;
+      ++run.reevaluations;
+      scores.erase(scores.begin());
     }
-    run.full_success = full ? run.full_success + 1 : 0;
-    run.best_course.push_back(run.best_gamma);
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      PRIMO_TRY(run.optimizer->tell(generation, candidates[c].index, scores[c].rank));
+    }
+    learn(run, candidates, scores);
     PRIMO_TRY(record(run, candidates, scores));
     PRIMO_ASSIGN(stop, may_stop(run, generation));
-    report(run, scores, stop || run.optimizer->done());
+    report(run, scores, stop || over(run));
   }
-  evaluations_ += run.optimizer->evaluations();
+  evaluations_ += run.evaluations();
   return success();
 }
 
@@ -221,23 +237,22 @@ void Optimization::add_finalists(const Run& run) {
     finalist.record.restart = run.restart;
     finalist.record.kind = kind;
     finalist.record.x = x;
-    finalist.primitive = goal_.primitive.with_log_rho(x);
+    finalist.primitive = goal_.primitive.with_entries(x);
     finalist.primitive.name = goal_.primitive.action + "_optimized_" + std::to_string(goal_.round + 1);
     finalists_.push_back(std::move(finalist));
   };
-  const auto recommendation = run.optimizer->recommendation();
-  add("mean", recommendation);
-  if (run.optimizer->best() != recommendation) add("best", run.optimizer->best());
+  const auto mean = run.optimizer->recommendation();
+  const auto& best = run.best.x;
+  const bool same = best == mean || best.empty();
+  if (settings_.recommendation != Recommendation::best || best.empty()) add(same ? "best" : "mean", mean);
+  if (settings_.recommendation != Recommendation::mean && !same) add("best", best);
+  if (settings_.recommendation == Recommendation::best && best == mean) add("best", best);
 }
 
 Result<OptimizeResult> Optimization::choose() {
   std::vector<motion::Primitive> primitives;
   for (const auto& finalist : finalists_) primitives.push_back(finalist.primitive);
-  std::vector<SeedOf> seeds;
-  for (int repetition = 0; repetition < settings_.validation; ++repetition) {
-    seeds.push_back([this, repetition](std::size_t k) { return validation_seed(goal_.seed, repetition, k); });
-  }
-  PRIMO_ASSIGN(const auto scores, evaluate(primitives, seeds));
+  PRIMO_ASSIGN(const auto scores, candidates_.evaluate(primitives, validation_seeds()));
   std::size_t chosen = 0;
   for (std::size_t f = 0; f < finalists_.size(); ++f) {
     finalists_[f].record.gamma = scores[f].gamma;
@@ -248,6 +263,7 @@ Result<OptimizeResult> Optimization::choose() {
   std::vector<FinalistRecord> records;
   for (const auto& finalist : finalists_) records.push_back(finalist.record);
   PRIMO_TRY(journal_.record_finalists(records));
+  PRIMO_TRY(explore(finalists_[chosen]));
 
   OptimizeResult result;
   result.study = goal_.study;
@@ -259,13 +275,46 @@ Result<OptimizeResult> Optimization::choose() {
   return result;
 }
 
+/// What γ does around the chosen primitive: each open entry by itself a step down and a step up, as far as its bounds
+/// go, on the seeds of the choice.
+Status Optimization::explore(const Finalist& chosen) {
+  if (settings_.sensitivity == 0) return success();
+  std::vector<SensitivityRecord> records;
+  std::vector<motion::Primitive> primitives;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const auto& entry = entries_[i];
+    const double value = chosen.record.x[i], step = settings_.sensitivity * (entry.upper - entry.lower);
+    SensitivityRecord record;
+    record.round = goal_.round;
+    record.index = static_cast<int>(i);
+    record.entry = entry.name;
+    record.log = entry.log;
+    record.x = {value, std::max(value - step, std::min(value, entry.lower)),
+                std::min(value + step, std::max(value, entry.upper))};
+    for (const std::size_t side : {1, 2}) {
+      auto x = chosen.record.x;
+      x[i] = record.x[side];
+      primitives.push_back(chosen.primitive.with_entries(x));
+    }
+    record.gamma[0] = chosen.record.gamma;
+    record.success[0] = chosen.record.success;
+    records.push_back(record);
+  }
+  PRIMO_ASSIGN(const auto scores, candidates_.evaluate(primitives, validation_seeds()));
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    records[i / 2].gamma[1 + i % 2] = scores[i].gamma;
+    records[i / 2].success[1 + i % 2] = {scores[i].successes, scores[i].rollouts};
+  }
+  return journal_.record_sensitivities(records);
+}
+
 Result<OptimizeResult> Optimization::run() {
   // P itself stands for election too: an optimization that finds nothing better must not make things worse.
   Finalist start_primitive;
   start_primitive.record.round = goal_.round;
   start_primitive.record.algorithm = "P";
   start_primitive.record.kind = "start";
-  start_primitive.record.x = goal_.primitive.log_rho();
+  for (const auto& entry : entries_) start_primitive.record.x.push_back(entry.value);
   start_primitive.primitive = goal_.primitive;
   finalists_.push_back(std::move(start_primitive));
   for (const auto& algorithm : goal_.algorithms) {
@@ -285,13 +334,16 @@ Status OptimizationSettings::validate() const {
     return Error{Code::config, "'log_rho_min' is " + config::detail::format(log_rho_min) +
                                    ", must be below 'log_rho_max', " + config::detail::format(log_rho_max)};
   }
+  if (std::adjacent_find(racing.rounds.begin(), racing.rounds.end(), std::greater_equal<>()) != racing.rounds.end()) {
+    return Error{Code::config, "'racing.rounds' must rise: after how many scenarios in all each round ends"};
+  }
   return fitness.validate();
 }
 
-std::uint64_t training_seed(const OptimizeGoal& goal, int generation, std::size_t scenario) {
-  return Random(goal.seed, "training",
-                {static_cast<std::uint64_t>(goal.round), static_cast<std::uint64_t>(generation), scenario})
-      .bits();
+std::uint64_t training_seed(const OptimizeGoal& goal, int generation, std::size_t scenario, std::size_t candidate) {
+  const auto round = static_cast<std::uint64_t>(goal.round), number = static_cast<std::uint64_t>(generation);
+  if (candidate == 0) return Random(goal.seed, "training", {round, number, scenario}).bits();
+  return Random(goal.seed, "training of each", {round, number, scenario, candidate}).bits();
 }
 
 std::uint64_t validation_seed(std::uint64_t seed, int repetition, std::size_t scenario) {

@@ -27,6 +27,7 @@ struct Material {
   StudyResult result;
   std::vector<EvaluationRecord> evaluations;
   std::vector<FinalistRecord> finalists;
+  std::vector<SensitivityRecord> sensitivities;
   std::vector<TimingRecord> timings;
   Pictures pictures;
   std::string study_yaml;
@@ -154,17 +155,50 @@ std::string curves(const Material& m) {
          "</div></div><div class=\"legend\">" + curves.legend + "</div>";
 }
 
+/// What mattered: the loss of γ when one entry alone is moved, of the last round, the greatest first.
+std::string sensitivity_table(const Material& m) {
+  std::vector<SensitivityRecord> last;
+  for (const auto& s : m.sensitivities) {
+    if (s.round == m.sensitivities.back().round) last.push_back(s);
+  }
+  if (last.empty()) return {};
+  const auto loss = [](const SensitivityRecord& s) { return s.gamma[0] - std::min(s.gamma[1], s.gamma[2]); };
+  std::stable_sort(last.begin(), last.end(), [&](const auto& a, const auto& b) { return loss(a) > loss(b); });
+  const double most = std::max(1e-9, loss(last.front()));
+  const auto side = [](const SensitivityRecord& s, std::size_t i) {
+    if (s.x[i] == s.x[0]) return std::string("at its bound");
+    return number(s.log ? "10<sup>%.2f</sup>: " : "%.3g: ", s.x[i]) + "γ " + number("%.3f", s.gamma[i]) + ", " +
+           std::to_string(s.success[i].successes) + " of " + std::to_string(s.success[i].trials);
+  };
+  const auto found = [](const SensitivityRecord& s) {
+    return number(s.log ? "10<sup>%.2f</sup>: " : "%.3g: ", s.x[0]) + "γ " + number("%.3f", s.gamma[0]);
+  };
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& s : last) {
+    rows.push_back({escape(s.entry), side(s, 1), found(s), side(s, 2),
+                    number("%.3f", loss(s)) +
+                        "<div class=\"bar\"><i style=\"width:" + number("%.0f", 100 * std::max(0.0, loss(s)) / most) +
+                        "%;background:var(--after)\"></i></div>"});
+  }
+  return "<h3>What mattered</h3>" + html::table({"Entry moved", "Lower", "As found", "Higher", "Loss of γ"}, rows) +
+         "<p class=\"note\">Each entry of the result by itself a step down and a step up (" +
+         number("%.0f", 100 * m.study.settings.optimizer.settings.sensitivity) +
+         " % of its range), on the training scenes with the seeds of the choice. Where the loss is near 0 the entry "
+         "hardly "
+         "matters there.</p>";
+}
+
 std::string precisions(const Material& m) {
   const auto &p = m.before().primitive, &q = m.after().primitive;
-  const auto names = p.rho_names();
-  const auto old_values = p.log_rho(), new_values = q.log_rho();
+  const auto old_entries = p.open_entries(0, 1), new_entries = q.open_entries(0, 1);
+  const auto value = [](const motion::OpenEntry& e) { return number("%.3g", e.log ? std::pow(10, e.value) : e.value); };
+  const auto logarithm = [](const motion::OpenEntry& e) { return e.log ? number("%.2f", e.value) : std::string("–"); };
   std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < names.size() && i < new_values.size(); ++i) {
-    rows.push_back({escape(names[i]), number("%.3g", std::pow(10, old_values[i])),
-                    number("%.3g", std::pow(10, new_values[i])), number("%.2f", old_values[i]),
-                    number("%.2f", new_values[i])});
+  for (std::size_t i = 0; i < old_entries.size() && i < new_entries.size(); ++i) {
+    const auto &before = old_entries[i], &after = new_entries[i];
+    rows.push_back({escape(before.name), value(before), value(after), logarithm(before), logarithm(after)});
   }
-  return html::table({"Task variable", "ρ of P", "ρ of P*", "log₁₀ P", "log₁₀ P*"}, rows);
+  return html::table({"Task variable", "ρ of P", "ρ of P*", "log₁₀ P", "log₁₀ P*"}, rows) + sensitivity_table(m);
 }
 
 std::string outcomes(const Material& m) {
@@ -268,6 +302,7 @@ Result<fs::path> write_report(const fs::path& study_directory) {
     PRIMO_ASSIGN(Journal journal, Journal::open_existing(journal_file(directory)));
     PRIMO_ASSIGN(m.evaluations, journal.evaluations());
     PRIMO_ASSIGN(m.finalists, journal.finalists());
+    PRIMO_ASSIGN(m.sensitivities, journal.sensitivities());
     PRIMO_ASSIGN(m.timings, journal.timings());
   }
   const fs::path folder = directory / "report";

@@ -52,11 +52,12 @@ std::string rates_text(const char* name, const Collection& collection) {
 }
 
 std::string rho_text(const motion::Primitive& before, const motion::Primitive& after) {
-  const auto names = before.rho_names();
-  const auto old_values = before.log_rho(), new_values = after.log_rho();
+  const auto old_entries = before.open_entries(0, 1), new_entries = after.open_entries(0, 1);
   std::string text = print("  %-24s%12s%12s\n", "log10 rho", "P", "P*");
-  for (std::size_t i = 0; i < names.size() && i < new_values.size(); ++i) {
-    text += print("  %-24s%12.2f%12.2f\n", names[i].c_str(), old_values[i], new_values[i]);
+  for (std::size_t i = 0; i < old_entries.size() && i < new_entries.size(); ++i) {
+    const auto& entry = old_entries[i];
+    text += print("  %-24s%12.2f%12.2f", entry.name.c_str(), entry.value, new_entries[i].value);
+    text += entry.log ? "\n" : "  (itself)\n";
   }
   return text;
 }

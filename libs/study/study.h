@@ -34,6 +34,7 @@ struct SearchSettings {
   int evaluations = 600;
   int population = 0;
   double sigma = 0.3;
+  std::string on_stagnation = "ipop";
   int restarts = 1;
   OptimizationSettings settings;
   template <class V>
@@ -44,6 +45,10 @@ struct SearchSettings {
     v("population", population,
       {.help = "candidates a generation; 0: the algorithm's default", .min = 0, .max = 10000});
     v("sigma", sigma, {.help = "initial step, fraction of the box's width", .min = 1e-6, .max = 2});
+    v("on_stagnation", on_stagnation,
+      {.help = "of cma: begin elsewhere with twice the population (ipop), with large and small ones in turn (bipop), "
+               "with the same (again), or end (stop)",
+       .choices = {"ipop", "bipop", "again", "stop"}});
     v("restarts", restarts, {.help = "random starts of each algorithm", .min = 1, .max = 10000});
     settings.visit(v);
   }

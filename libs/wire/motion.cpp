@@ -55,6 +55,36 @@ Result<std::map<std::string, std::string>> from_wire(const std::string& field,
   return out;
 }
 
+std::vector<msg::EntrySearch> to_wire(const std::map<std::string, motion::Search>& searches) {
+  std::vector<msg::EntrySearch> out;
+  for (const auto& [entry, search] : searches) {
+    msg::EntrySearch one;
+    one.entry(entry);
+    one.keep(search.fixed);
+    one.scale(static_cast<std::uint8_t>(search.scale));
+    one.min(search.min);
+    one.max(search.max);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+Result<std::map<std::string, motion::Search>> from_wire(const std::string& field,
+                                                        const std::vector<msg::EntrySearch>& searches) {
+  PRIMO_TRY(check_count(field, searches.size()));
+  std::map<std::string, motion::Search> out;
+  for (const msg::EntrySearch& one : searches) {
+    PRIMO_TRY(check_text(field, one.entry()));
+    motion::Search search;
+    search.fixed = one.keep();
+    PRIMO_ASSIGN(search.scale, enum_from<motion::Scale>(field + ".scale", one.scale()));
+    search.min = one.min();
+    search.max = one.max();
+    if (!out.emplace(one.entry(), search).second) return malformed(field, "has '" + one.entry() + "' twice");
+  }
+  return out;
+}
+
 msg::PrimitiveTask to_wire(const motion::Task& task) {
   msg::PrimitiveTask out;
   out.name(task.name);
@@ -68,6 +98,7 @@ msg::PrimitiveTask to_wire(const motion::Task& task) {
   out.optimize(task.optimize);
   out.of(to_wire(task.of));
   out.from_start(task.from_start);
+  out.search(to_wire(task.search));
   return out;
 }
 
@@ -84,6 +115,7 @@ Result<motion::Task> from_wire(const std::string& field, const msg::PrimitiveTas
   out.optimize = task.optimize();
   PRIMO_ASSIGN(out.of, from_wire(field + ".of", task.of()));
   out.from_start = task.from_start();
+  PRIMO_ASSIGN(out.search, from_wire(field + ".search", task.search()));
   return out;
 }
 

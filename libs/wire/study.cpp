@@ -17,6 +17,7 @@ msg::OptimizerSettings to_wire(const optim::OptimizerSettings& settings) {
   out.sigma(settings.sigma);
   out.seed(settings.seed);
   out.restart(settings.restart);
+  out.on_stagnation(settings.on_stagnation);
   return out;
 }
 
@@ -28,6 +29,7 @@ Result<optim::OptimizerSettings> from_wire(const msg::OptimizerSettings& message
   out.sigma = message.sigma();
   out.seed = message.seed();
   out.restart = message.restart();
+  out.on_stagnation = message.on_stagnation();
   PRIMO_TRY(check_fields("optimizer", out));
   return out;
 }

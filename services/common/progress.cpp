@@ -27,7 +27,9 @@ Status ProgressPublisher::publish(const study::Progress& progress) {
   stage_ = stage;
   const double per_second = rate(progress, now);
   const bool last = progress.finished || progress.done >= progress.total;
-  if (same && !last && now - published_ < kPause) return success();
+  // Generations are few enough to be told one by one.
+  const bool generation = progress.stage == "optimize";
+  if (same && !last && !generation && now - published_ < kPause) return success();
   published_ = now;
 
   primo_msgs::msg::Progress message;
@@ -41,6 +43,9 @@ Status ProgressPublisher::publish(const study::Progress& progress) {
   message.rate(per_second);
   message.seconds_left(per_second > 0 ? (progress.total - progress.done) / per_second : 0.0);
   message.best_gamma(progress.best_gamma);
+  message.mean_gamma(progress.mean_gamma);
+  message.sigma(progress.sigma);
+  message.condition(progress.condition);
   message.success().successes(progress.success.successes);
   message.success().trials(progress.success.trials);
   message.finished(progress.finished);

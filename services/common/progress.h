@@ -12,8 +12,8 @@
 
 namespace primo::graph {
 
-/// One thread at a time. Samples of one stage that follow each other too fast are left out; the last of a stage never
-/// is.
+/// One thread at a time. Samples of one stage that follow each other too fast are left out, but not the last of a stage
+/// and not the generations of an optimization.
 class ProgressPublisher {
  public:
   /// `source`: conductor or optimizer.

@@ -105,6 +105,9 @@ int main() {
     out["one_at_a_time"].push_back(measure(bytes, 1, 1, jobs));
     out["two_workers_two_credits"].push_back(measure(bytes, 2, 2, jobs));
   }
+  // Both of 8 KiB, one job at a time: what DDS adds to a call.
+  out["dispatch_overhead_us"] =
+      out["one_at_a_time"][1]["median_us"].get<double>() - out["direct_call_us"].get<double>();
   wire::Draw draw(1);
   const auto request = draw.plan_request();
   const auto plan = draw.plan();

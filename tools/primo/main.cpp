@@ -12,7 +12,7 @@ std::vector<AddVerb> verbs() {
 #ifdef PRIMO_WITH_DDS
       add_up,    add_down, add_status,
 #endif
-      add_study, add_plan, add_judge,  add_rollout, add_scenario, add_rules, add_config,
+      add_study, add_plan, add_judge,  add_rollout, add_scenario, add_rules, add_optimize, add_config,
   };
 }
 

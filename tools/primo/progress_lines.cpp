@@ -1,5 +1,6 @@
 #include "primo/progress_lines.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -9,7 +10,7 @@ namespace primo::tool {
 namespace {
 
 std::string format(const char* pattern, auto... values) {
-  char text[128];
+  char text[160];
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
 }
@@ -20,9 +21,22 @@ std::string text_of(const StageState& state, double seconds) {
   text += format("%5d/%-5d", state.done, state.total);
   text += format("%7.1f/s", state.rate);
   text += state.finished ? format("%8.0f s       ", seconds) : format("%8.0f s left  ", state.seconds_left);
-  if (state.searching) text += format("best γ %6.3f  ", state.best_gamma);
+  if (state.searching) text += format("γ best %.3f mean %.3f  ", state.best_gamma, state.mean_gamma);
+  if (state.searching && state.sigma > 0) text += format("σ %.3f cond %.0e  ", state.sigma, state.condition);
   if (state.success.trials > 0) text += "success " + state.success.text();
   return text;
+}
+
+/// The first characters of a line that fit into the terminal: a line that wraps cannot be written over.
+std::string fitted(const std::string& text) {
+  winsize size{};
+  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return text;
+  std::size_t end = 0;
+  for (int columns = 0; end < text.size(); ++end) {
+    const bool begins = (static_cast<unsigned char>(text[end]) & 0xC0) != 0x80;  // of a character in UTF-8
+    if (begins && ++columns >= size.ws_col) break;
+  }
+  return text.substr(0, end);
 }
 
 }  // namespace
@@ -42,14 +56,14 @@ void ProgressLines::show(const StageState& state) {
   if (state.finished && seconds > 0.5) shown.rate = state.done / seconds;
   last_ = text_of(shown, seconds);
   open_ = true;
-  if (terminal_) std::cout << "\r\033[K" << last_ << std::flush;
+  if (terminal_) std::cout << "\r\033[K" << fitted(last_) << std::flush;
   if (state.finished) close();
 }
 
 void ProgressLines::say(const std::string& text) {
   if (terminal_ && open_) std::cout << "\r\033[K";
   std::cout << text << std::endl;
-  if (terminal_ && open_) std::cout << last_ << std::flush;
+  if (terminal_ && open_) std::cout << fitted(last_) << std::flush;
 }
 
 void ProgressLines::close() {

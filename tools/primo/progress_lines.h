@@ -16,8 +16,9 @@ struct StageState {
   int done = 0, total = 0;
   double rate = 0;  ///< a second
   double seconds_left = 0;
-  bool searching = false;  ///< best_gamma means something
-  double best_gamma = 0;
+  bool searching = false;  ///< the four below mean something
+  double best_gamma = 0, mean_gamma = 0;
+  double sigma = 0, condition = 0;  ///< of the search's distribution; sigma 0 where there is none
   Rate success;
   bool finished = false;
 };

@@ -51,6 +51,9 @@ class LocalProgress {
     state.seconds_left = state.rate > 0 ? (progress.total - progress.done) / state.rate : 0;
     state.searching = progress.stage == "optimize";
     state.best_gamma = progress.best_gamma;
+    state.mean_gamma = progress.mean_gamma;
+    state.sigma = progress.sigma;
+    state.condition = progress.condition;
     state.success = progress.success;
     state.finished = progress.finished;
     if (progress.stage != "done") lines_.show(state);

@@ -15,6 +15,7 @@ using AddVerb = void (*)(CLI::App& app, int& exit);
 
 void add_config(CLI::App& app, int& exit);
 void add_judge(CLI::App& app, int& exit);
+void add_optimize(CLI::App& app, int& exit);
 void add_plan(CLI::App& app, int& exit);
 void add_rollout(CLI::App& app, int& exit);
 void add_rules(CLI::App& app, int& exit);

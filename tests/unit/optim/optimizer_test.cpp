@@ -4,126 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <numeric>
 
 #include "core/random.h"
-#include "optim/boundary.h"
-#include "optim/cma_parameters.h"
+#include "functions.h"
 
 namespace primo::optim {
 namespace {
 
-using Function = std::function<double(const std::vector<double>&)>;
-
-Bounds box(int d, double lower, double upper) {
-  return {std::vector<double>(static_cast<std::size_t>(d), lower),
-          std::vector<double>(static_cast<std::size_t>(d), upper)};
-}
-
-double sphere(const std::vector<double>& x) { return std::inner_product(x.begin(), x.end(), x.begin(), 0.0); }
-
-double ellipsoid(const std::vector<double>& x) {
-  double sum = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    sum += std::pow(1e6, static_cast<double>(i) / static_cast<double>(x.size() - 1)) * x[i] * x[i];
-  }
-  return sum;
-}
-
-double rosenbrock(const std::vector<double>& x) {
-  double sum = 0;
-  for (std::size_t i = 0; i + 1 < x.size(); ++i) {
-    sum += 100 * std::pow(x[i + 1] - x[i] * x[i], 2) + std::pow(1 - x[i], 2);
-  }
-  return sum;
-}
-
-std::unique_ptr<Optimizer> make(const OptimizerSettings& settings, const Bounds& bounds) {
-  auto made = make_optimizer(settings, bounds);
-  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
-  return std::move(made).value();
-}
-
-/// Evaluations until `cost` falls to `target`; the budget when it does not.
-int evaluations_to(const Function& cost, double target, const OptimizerSettings& settings, const Bounds& bounds) {
-  const auto optimizer = make(settings, bounds);
-  while (!optimizer->done()) {
-    for (const auto& candidate : optimizer->ask()) {
-      const double value = cost(candidate.x);
-      EXPECT_TRUE(optimizer->tell(candidate.generation, candidate.index, -value).ok());
-      if (value <= target) return optimizer->evaluations();
-    }
-  }
-  return settings.evaluations;
-}
-
-int median_evaluations(const Function& cost, double target, int d, int budget) {
-  std::vector<int> runs;
-  for (std::uint64_t seed = 1; seed <= 15; ++seed) {
-    // x0 in [−4, 4] and a step of 2, as in published comparisons.
-    runs.push_back(evaluations_to(cost, target, {.name = "cma", .evaluations = budget, .sigma = 0.25, .seed = seed},
-                                  box(d, -4, 4)));
-  }
-  std::sort(runs.begin(), runs.end());
-  testing::Test::RecordProperty("median", runs[runs.size() / 2]);
-  return runs[runs.size() / 2];
-}
-
-// Median evaluations of other implementations over 15 runs: 1444 to 1463 (sphere), 3914 to 7722 (ellipsoid), 5015 to
-// 6160 (Rosenbrock; a median of 15 runs varies by some 200 there).
-TEST(Cma, minimises_the_sphere_as_fast_as_its_peers) { EXPECT_LE(median_evaluations(sphere, 1e-8, 10, 10000), 1500); }
-TEST(Cma, minimises_the_ellipsoid_as_fast_as_its_peers) {
-  EXPECT_LE(median_evaluations(ellipsoid, 1e-8, 10, 20000), 4200);
-}
-TEST(Cma, minimises_the_rosenbrock_function_as_fast_as_its_peers) {
-  EXPECT_LE(median_evaluations(rosenbrock, 1e-8, 10, 20000), 5600);
-}
-
-TEST(Cma, reaches_an_optimum_on_the_boundary) {
-  // The ellipsoid about (1, …, 1) in a box that ends at 0: the optimum is the corner, where the cost is Σ weights.
-  const auto shifted = [](std::vector<double> x) {
-    for (auto& value : x) value -= 1;
-    return ellipsoid(x);
-  };
-  const double optimum = ellipsoid(std::vector<double>(6, 1.0));
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const auto optimizer = make({.name = "cma", .evaluations = 6000, .seed = seed}, box(6, -4, 0));
-    while (!optimizer->done()) {
-      for (const auto& candidate : optimizer->ask()) {
-        for (const double value : candidate.x) ASSERT_TRUE(value >= -4 && value <= 0) << value;
-        ASSERT_TRUE(optimizer->tell(candidate.generation, candidate.index, -shifted(candidate.x)).ok());
-      }
-    }
-    EXPECT_LT(shifted(optimizer->recommendation()) - optimum, 1e-6 * optimum) << "seed " << seed;
-    for (const double value : optimizer->recommendation()) EXPECT_TRUE(value >= -4 && value <= 0);
-  }
-}
-
-TEST(Cma, weights_follow_the_equations_of_the_tutorial) {
-  const CmaParameters p(10, 10);
-  EXPECT_EQ(p.mu, 5);
-  EXPECT_NEAR(p.weights.head(5).sum(), 1, 1e-14);
-  EXPECT_NEAR(p.weights[0] / p.weights[1], std::log(5.5) / std::log(5.5 / 2), 1e-12);
-  EXPECT_NEAR(p.mu_eff, 1 / p.weights.head(5).squaredNorm(), 1e-12);
-  EXPECT_LT(p.weights.tail(5).maxCoeff(), 0);
-  // Equation 53: at most min(α_μ⁻, α_μeff⁻, α_posdef⁻) in sum.
-  EXPECT_LE(-p.weights.tail(5).sum(), (1 - p.c_1 - p.c_mu) / (10 * p.c_mu) + 1e-12);
-  EXPECT_LE(-p.weights.tail(5).sum(), 1 + p.c_1 / p.c_mu + 1e-12);
-}
-
-TEST(BoundaryPenalty, is_zero_inside_and_grows_with_the_distance_outside) {
-  BoundaryPenalty penalty(2);
-  const Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(2);
-  const Eigen::Vector2d inside(0.5, 1.0), near(0.5, 1.1), far(0.5, 1.3);
-  penalty.adapt({0, 1, 2, 3, 4, 5, 6, 7}, inside, 0.1, diagonal, 3);
-  EXPECT_EQ(penalty(far, diagonal), 0) << "no penalty before the mean has left the box";
-  penalty.adapt({0, 1, 2, 3, 4, 5, 6, 7}, near, 0.1, diagonal, 3);
-  EXPECT_EQ(penalty(inside, diagonal), 0);
-  // The spread (interquartile range) is 4: γ = 2·4/0.1² = 800; penalty = γ·distance²/n.
-  EXPECT_NEAR(penalty(near, diagonal), 800 * 0.01 / 2, 1e-9);
-  EXPECT_NEAR(penalty(far, diagonal), 800 * 0.09 / 2, 1e-9);
-}
+using test::box;
+using test::make;
 
 class EachOptimizer : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Table, EachOptimizer, testing::ValuesIn(optimizer_names()));
@@ -138,11 +27,12 @@ TEST_P(EachOptimizer, gives_the_same_bits_for_results_in_any_order_doubled_or_la
     auto others = shuffled->ask();
     ASSERT_EQ(candidates.size(), others.size());
     for (std::size_t k = 0; k < candidates.size(); ++k) ASSERT_EQ(candidates[k].x, others[k].x);
-    for (const auto& c : candidates) ASSERT_TRUE(straight->tell(c.generation, c.index, -rosenbrock(c.x)).ok());
+    for (const auto& c : candidates)
+      ASSERT_TRUE(straight->tell(c.generation, c.index, -test::function("rosenbrock")(c.x)).ok());
     for (std::size_t k = others.size(); k > 1; --k) std::swap(others[k - 1], others[random.below(k)]);
     for (std::size_t k = 0; k < others.size(); ++k) {
       const auto& c = others[k];
-      ASSERT_TRUE(shuffled->tell(c.generation, c.index, -rosenbrock(c.x)).ok());
+      ASSERT_TRUE(shuffled->tell(c.generation, c.index, -test::function("rosenbrock")(c.x)).ok());
       ASSERT_TRUE(shuffled->tell(c.generation, c.index, 1e6).ok()) << "a doubled result is ignored";
       if (c.generation > 0) {
         ASSERT_TRUE(shuffled->tell(c.generation - 1, 0, 1e6).ok()) << "a late result is ignored";
@@ -207,7 +97,8 @@ TEST_P(EachOptimizer, refuses_what_is_not_a_fitness_or_not_a_candidate) {
 }
 
 TEST_P(EachOptimizer, works_in_one_dimension_and_with_the_smallest_population) {
-  for (const int population : {0, 2, 3}) {
+  const bool evolution = GetParam() == "differential_evolution";
+  for (const int population : evolution ? std::vector{0, 4, 5} : std::vector{0, 2, 3}) {
     const auto optimizer = make({.name = GetParam(), .evaluations = 400, .population = population}, box(1, -2, 3));
     while (!optimizer->done()) {
       for (const auto& c : optimizer->ask())
@@ -217,20 +108,83 @@ TEST_P(EachOptimizer, works_in_one_dimension_and_with_the_smallest_population) {
   }
 }
 
-TEST(Cma, finds_a_small_region_of_success_when_the_fitness_has_two_values) {
-  // Success within 0.25 of the centre, else failure: half of the candidates tell nothing.
-  int found = 0;
-  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const auto binary = [](const std::vector<double>& x) {
-      return std::all_of(x.begin(), x.end(), [](double v) { return std::abs(v - 0.5) < 0.25; }) ? 1.0 : 0.0;
-    };
-    const auto optimizer = make({.name = "cma", .evaluations = 2000, .seed = seed}, box(4, 0, 1));
-    while (!optimizer->done()) {
-      for (const auto& c : optimizer->ask()) ASSERT_TRUE(optimizer->tell(c.generation, c.index, binary(c.x)).ok());
+TEST_P(EachOptimizer, goes_on_from_its_state_at_any_moment_with_the_same_bits) {
+  const OptimizerSettings settings{.name = GetParam(), .evaluations = 500, .seed = 3};
+  const auto bounds = box(5, -2, 6);
+  const auto cost = test::function("rosenbrock");
+  const auto straight = make(settings, bounds);
+  auto broken = make(settings, bounds);
+  int told = 0;
+  while (!straight->done()) {
+    test::generation(*straight, cost);
+    for (const auto& c : broken->ask()) {
+      ASSERT_TRUE(broken->tell(c.generation, c.index, -cost(c.x)).ok());
+      if (++told % 7 != 0) continue;  // in the middle of a generation, at its end, wherever it comes
+      auto other = make(settings, bounds);
+      const auto restored = other->restore(broken->state());
+      ASSERT_TRUE(restored.ok()) << restored.error().message;
+      ASSERT_EQ(other->state(), broken->state());
+      broken = std::move(other);
     }
-    found += binary(optimizer->recommendation()) > 0;
   }
-  EXPECT_GE(found, 9);
+  EXPECT_TRUE(broken->done());
+  EXPECT_EQ(straight->state(), broken->state());
+  EXPECT_EQ(straight->recommendation(), broken->recommendation());
+  EXPECT_EQ(straight->stop_reason(), broken->stop_reason());
+}
+
+TEST_P(EachOptimizer, with_a_greater_budget_goes_on_as_if_it_had_had_it_from_the_beginning) {
+  const auto bounds = box(3, -2, 6);
+  const auto cost = test::function("rosenbrock");
+  const auto once = make({.name = GetParam(), .evaluations = 1000}, bounds);
+  test::run(*once, cost);
+  const auto first = make({.name = GetParam(), .evaluations = 333}, bounds);
+  test::run(*first, cost);
+  const auto second = make({.name = GetParam(), .evaluations = 1000}, bounds);
+  ASSERT_TRUE(second->restore(first->state()).ok());
+  test::run(*second, cost);
+  EXPECT_EQ(once->evaluations(), second->evaluations());
+  EXPECT_EQ(once->best(), second->best());
+  EXPECT_EQ(once->recommendation(), second->recommendation());
+}
+
+TEST_P(EachOptimizer, refuses_states_that_cannot_be_and_survives_any) {
+  const auto bounds = box(3, -2, 6);
+  const OptimizerSettings settings{.name = GetParam(), .evaluations = 300};
+  const auto source = make(settings, bounds);
+  for (int g = 0; g < 4; ++g) test::generation(*source, test::function("sphere"));
+  const State good = source->state();
+  for (const auto& [name, values] : good) {
+    State state = good;
+    state.erase(name);
+    const auto missing = make(settings, bounds)->restore(state);
+    ASSERT_FALSE(missing.ok()) << name;
+    EXPECT_NE(missing.error().message.find("'" + name + "' is missing"), std::string::npos) << missing.error().message;
+    state = good;
+    state[name].push_back(NAN);
+    EXPECT_FALSE(make(settings, bounds)->restore(state).ok()) << name;
+  }
+  Random random(4, "states");
+  const double odd[] = {-1, 0, 0.5, 1, 3, 1e9, 1e300, -1e300, 5e-324};
+  for (int i = 0; i < 3000; ++i) {
+    State state = good;
+    for (int changes = 0; changes < 2; ++changes) {
+      auto at = state.begin();
+      std::advance(at, random.below(state.size()));
+      if (!at->second.empty()) at->second[random.below(at->second.size())] = odd[random.below(9)];
+    }
+    const auto optimizer = make(settings, bounds);
+    if (!optimizer->restore(state).ok()) continue;
+    // What is taken may be a strange state, but the optimizer lives in it and stays in the box.
+    for (int g = 0; g < 3 && !optimizer->done(); ++g) {
+      const auto candidates = optimizer->ask();
+      ASSERT_LE(candidates.size(), 300u);
+      for (const auto& c : candidates) {
+        for (const double x : c.x) ASSERT_TRUE(x >= -2 && x <= 6) << x;
+        ASSERT_TRUE(optimizer->tell(c.generation, c.index, -c.x[0]).ok());
+      }
+    }
+  }
 }
 
 TEST(MonteCarlo, recommends_its_best_sample_and_spends_the_exact_budget) {
@@ -238,13 +192,13 @@ TEST(MonteCarlo, recommends_its_best_sample_and_spends_the_exact_budget) {
   double best = -INFINITY;
   while (!optimizer->done()) {
     for (const auto& c : optimizer->ask()) {
-      best = std::max(best, -sphere(c.x));
-      ASSERT_TRUE(optimizer->tell(c.generation, c.index, -sphere(c.x)).ok());
+      best = std::max(best, -test::function("sphere")(c.x));
+      ASSERT_TRUE(optimizer->tell(c.generation, c.index, -test::function("sphere")(c.x)).ok());
     }
   }
   EXPECT_EQ(optimizer->evaluations(), 103);
   EXPECT_EQ(optimizer->best_fitness(), best);
-  EXPECT_EQ(-sphere(optimizer->recommendation()), best);
+  EXPECT_EQ(-test::function("sphere")(optimizer->recommendation()), best);
 }
 
 TEST(MakeOptimizer, says_what_is_wrong_and_what_would_be_right) {
@@ -254,12 +208,18 @@ TEST(MakeOptimizer, says_what_is_wrong_and_what_would_be_right) {
     EXPECT_EQ(made.error().code, Code::config);
     return made.error().message;
   };
-  EXPECT_NE(message({.name = "cam"}, box(2, 0, 1)).find("known: cma, monte_carlo"), std::string::npos);
+  EXPECT_NE(message({.name = "cam"}, box(2, 0, 1)).find("known: cma, monte_carlo, sobol, differential_evolution"),
+            std::string::npos);
   EXPECT_NE(message({}, box(2, 1, 0)).find("lower below the upper"), std::string::npos);
   EXPECT_NE(message({}, {{0, 0}, {1}}).find("2 and 1"), std::string::npos);
   EXPECT_NE(message({}, {}).find("at least 1"), std::string::npos);
   EXPECT_NE(message({.evaluations = 5}, box(10, 0, 1)).find("below one generation of 10"), std::string::npos);
   EXPECT_NE(message({.population = 1}, box(2, 0, 1)).find("population is 1"), std::string::npos);
+  EXPECT_NE(message({.name = "differential_evolution", .population = 3}, box(2, 0, 1)).find("at least 4"),
+            std::string::npos);
+  EXPECT_NE(message({.name = "differential_evolution", .evaluations = 49}, box(10, 0, 1)).find("generation of 50"),
+            std::string::npos);
+  EXPECT_NE(message({.on_stagnation = "panic"}, box(2, 0, 1)).find("ipop, bipop, again or stop"), std::string::npos);
   EXPECT_NE(message({.sigma = NAN}, box(2, 0, 1)).find("sigma"), std::string::npos);
   EXPECT_NE(message({}, {{0, NAN}, {1, 1}}).find("coordinate 1"), std::string::npos);
 }

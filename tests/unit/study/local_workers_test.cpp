@@ -66,7 +66,8 @@ TEST_F(LocalWorkersTest, a_whole_study_gives_the_same_bytes_on_one_thread_and_on
   std::size_t pictures = 0;
   for (std::size_t at = 0; (at = html.find("data:image/png;base64,iVBOR", at)) != std::string::npos; ++at) ++pictures;
   EXPECT_EQ(pictures, 5u);
-  for (const char* word : {"grasp(X)", "inhand(X)", "95 %", "position", "<polyline", "</html>"}) {
+  for (const char* word :
+       {"grasp(X)", "inhand(X)", "95 %", "position", "<polyline", "What mattered", "fingers.late", "</html>"}) {
     EXPECT_NE(html.find(word), std::string::npos) << word;
   }
 }

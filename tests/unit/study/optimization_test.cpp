@@ -40,6 +40,18 @@ class OptimizationTest : public ::testing::Test {
     return std::move(*opened);
   }
   static RolloutResult roll(const Rollout& rollout) { return test::bowl(rollout); }
+  /// The bowl's distance in a scenario.
+  static double distance(const std::vector<double>& x, const scene::Scenario& s) {
+    double square = 0;
+    for (const double value : x) square += (value - 3) * (value - 3);
+    return std::sqrt(square) + std::abs((s.objects[0].position.x() - 0.8) * 10);
+  }
+  template <class F>
+  void set(F&& change) {
+    OptimizationSettings settings;
+    change(settings);
+    goal.settings = config::dump(settings);
+  }
 
   fs::path directory;
   OptimizeGoal goal;
@@ -180,16 +192,216 @@ TEST_F(OptimizationTest, tells_the_course_of_the_learning_curve) {
     double g = 0;
     int successes = 0;
     for (const auto& s : goal.scenarios) {
-      double square = 0;
-      for (const double x : e.x) square += (x - 3) * (x - 3);
-      const double distance = std::sqrt(square) + std::abs((s.objects[0].position.x() - 0.8) * 10);
-      const bool success = distance < 2;
+      const bool success = distance(e.x, s) < 2;
       successes += success;
-      g += (0.5 * success + 0.5 / (1 + distance) + 0.6) / 4;
+      g += (0.5 * success + 0.5 / (1 + distance(e.x, s)) + 0.6) / 4;
     }
     EXPECT_EQ(e.successes, successes);
     EXPECT_NEAR(e.gamma, g, 1e-9);
   }
+}
+
+TEST_F(OptimizationTest, without_common_random_numbers_every_candidate_has_its_own_seeds) {
+  goal.optimizer.evaluations = 40;
+  set([](OptimizationSettings& s) {
+    s.common_random_numbers = false;
+    s.validation = 1;
+    s.sensitivity = 0;
+  });
+  std::map<std::string, std::set<std::uint64_t>> seeds;
+  test::FunctionEvaluator evaluator(roll);
+  evaluator.on_rollout = [&](const Rollout& r) { seeds[r.scenario.name].insert(r.judge_seed); };
+  auto record = journal();
+  ASSERT_TRUE(optimize(goal, evaluator, record).ok());
+  for (const auto& [name, set] : seeds) EXPECT_EQ(set.size(), 40u + 1u) << name;
+}
+
+TEST_F(OptimizationTest, climbs_success_alone_or_without_it_when_told) {
+  goal.optimizer.evaluations = 60;
+  for (const auto kind : {Signal::binary, Signal::graded}) {
+    set([&](OptimizationSettings& s) { s.signal = kind; });
+    test::FunctionEvaluator evaluator(roll);
+    auto record = journal(kind == Signal::binary ? "binary.db" : "graded.db");
+    ASSERT_TRUE(optimize(goal, evaluator, record).ok());
+    const auto course = record.evaluations();
+    ASSERT_TRUE(course.ok());
+    for (const auto& e : *course) {
+      double graded = 0;
+      for (const auto& s : goal.scenarios) graded += (0.5 / (1 + distance(e.x, s)) + 0.6) / 4;
+      EXPECT_NEAR(e.gamma, kind == Signal::binary ? e.successes / 4.0 : graded, 1e-9);
+    }
+  }
+}
+
+TEST_F(OptimizationTest, evaluates_the_incumbent_anew_on_the_budget_when_told) {
+  goal.optimizer.evaluations = 110;
+  set([](OptimizationSettings& s) {
+    s.reevaluate_incumbent = true;
+    s.recommendation = Recommendation::best;
+    s.sensitivity = 0;
+  });
+  std::map<std::vector<double>, int> generations;
+  test::FunctionEvaluator evaluator(roll);
+  evaluator.on_rollout = [&](const Rollout& r) {
+    if (r.scenario.name == "s0") ++generations[r.primitive.log_rho()];
+  };
+  auto record = journal();
+  const auto result = optimize(goal, evaluator, record);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  // Eleven fit: 10 of the first generation, then 11 each; 10 + 9·11 = 109.
+  EXPECT_EQ(result->evaluations, 109);
+  const auto evaluations = record.evaluations();
+  EXPECT_EQ(evaluations->size(), 100u);
+  int again = 0;
+  for (const auto& [x, times] : generations) again += times > 1;
+  EXPECT_GT(again, 0) << "some sample was evaluated more than once";
+}
+
+TEST_F(OptimizationTest, recommends_what_it_is_told_to) {
+  goal.optimizer.evaluations = 60;
+  for (const auto kind : {Recommendation::mean, Recommendation::best, Recommendation::validated}) {
+    set([&](OptimizationSettings& s) { s.recommendation = kind; });
+    test::FunctionEvaluator evaluator(roll);
+    auto record = journal(config::enum_name(kind) + ".db");
+    ASSERT_TRUE(optimize(goal, evaluator, record).ok());
+    std::set<std::string> kinds;
+    for (const auto& f : *record.finalists()) kinds.insert(f.kind);
+    std::set<std::string> expected = {"start"};
+    if (kind != Recommendation::best) expected.insert("mean");
+    if (kind != Recommendation::mean) expected.insert("best");
+    EXPECT_EQ(kinds, expected);
+  }
+}
+
+TEST_F(OptimizationTest, a_race_spends_fewer_rollouts_and_finds_the_same) {
+  goal.optimizer.evaluations = 200;
+  std::int64_t calls[2] = {0, 0};
+  for (const bool race : {false, true}) {
+    set([&](OptimizationSettings& s) {
+      if (race) s.racing.rounds = {1, 2};
+      s.sensitivity = 0;
+    });
+    test::FunctionEvaluator evaluator(roll);
+    auto record = journal(race ? "race.db" : "plain.db");
+    const auto result = optimize(goal, evaluator, record);
+    ASSERT_TRUE(result.ok()) << result.error().message;
+    EXPECT_EQ(result->success.value(), 1.0);
+    calls[race ? 1 : 0] = evaluator.calls;
+    int whole = 0, parts = 0;
+    for (const auto& e : *record.evaluations()) (e.scenarios == 4 ? whole : parts) += 1;
+    if (!race) EXPECT_EQ(parts, 0);
+    // Of 10 candidates 5 go on, then 3: 10 + 5 + 2·3 = 21 rollouts instead of 40 a generation.
+    if (race) EXPECT_EQ(whole, 20 * 3);
+  }
+  EXPECT_EQ(calls[0] - calls[1], 20 * (40 - 21));
+}
+
+TEST_F(OptimizationTest, a_race_among_equals_drops_nobody_and_its_result_does_not_depend_on_the_order_of_answers) {
+  goal.optimizer.evaluations = 60;
+  set([](OptimizationSettings& s) {
+    s.signal = Signal::binary;
+    s.racing.rounds = {1};
+  });
+  test::FunctionEvaluator hopeless([](const Rollout& r) { return test::bowl(r, 3.0, 0.0); });
+  auto flat = journal("flat.db");
+  ASSERT_TRUE(optimize(goal, hopeless, flat).ok());
+  for (const auto& e : *flat.evaluations()) EXPECT_EQ(e.scenarios, 4);
+
+  set([](OptimizationSettings& s) { s.racing.rounds = {1, 3}; });
+  test::FunctionEvaluator forward(roll), backward(roll);
+  backward.reverse = true;
+  auto one = journal("one.db"), two = journal("two.db");
+  EXPECT_EQ(encode(*optimize(goal, forward, one)), encode(*optimize(goal, backward, two)));
+}
+
+TEST_F(OptimizationTest, says_what_mattered_around_the_result) {
+  // Only the first precision matters, and the last one is at its bound.
+  test::FunctionEvaluator evaluator([](const Rollout& r) {
+    Rollout one = r;
+    one.primitive = test::primitive(1).with_log_rho({r.primitive.log_rho()[0]});
+    return test::bowl(one);
+  });
+  goal.primitive = goal.primitive.with_log_rho({3, 2, 9});
+  goal.optimizer.evaluations = 10;
+  goal.algorithms = {"monte_carlo"};
+  auto record = journal();
+  ASSERT_TRUE(optimize(goal, evaluator, record).ok());
+  const auto found = record.sensitivities();
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_EQ(found->size(), 3u);
+  // 5 % of −3 … 9 is 0.6; γ by hand at the distance 0.6 from the bowl's middle, with the scenarios' own 0, 0.1, 0.2,
+  // 0.3.
+  double middle = 0, side = 0;
+  for (int k = 0; k < 4; ++k) {
+    middle += (0.5 + 0.5 / (1 + 0.1 * k) + 0.6) / 4;
+    side += (0.5 + 0.5 / (1 + 0.6 + 0.1 * k) + 0.6) / 4;
+  }
+  const auto& first = (*found)[0];
+  EXPECT_EQ(first.entry, "task_0");
+  EXPECT_TRUE(first.log);
+  EXPECT_NEAR(first.x[1], 2.4, 1e-12);
+  EXPECT_NEAR(first.x[2], 3.6, 1e-12);
+  EXPECT_NEAR(first.gamma[0], middle, 1e-9);
+  EXPECT_NEAR(first.gamma[1], side, 1e-9);
+  EXPECT_NEAR(first.gamma[2], side, 1e-9);
+  EXPECT_EQ(first.success[1].trials, 4 * 3);
+  EXPECT_NEAR((*found)[1].gamma[1], middle, 1e-9);
+  EXPECT_EQ((*found)[2].x[2], 9) << "no step beyond the bound";
+}
+
+TEST_F(OptimizationTest, searches_targets_and_fractions_that_the_primitive_declares) {
+  auto& task = goal.primitive.tasks[0];
+  task.profile = motion::Profile::late;
+  task.target = {0.0};
+  task.search["target.0"] = {.min = -1, .max = 1};
+  task.search["at"] = {.min = 0.5, .max = 0.9};
+  task.search["rho"] = {.fixed = true};
+  test::FunctionEvaluator evaluator([](const Rollout& r) {
+    const auto& t = r.primitive.tasks[0];
+    Rollout moved = r;
+    moved.primitive = test::primitive(2).with_log_rho({3 + 2 * (t.target[0] - 0.3), 3 + 5 * (t.at - 0.6)});
+    return test::bowl(moved);
+  });
+  auto record = journal();
+  const auto result = optimize(goal, evaluator, record);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_NEAR(result->primitive.tasks[0].target[0], 0.3, 0.1);
+  EXPECT_NEAR(result->primitive.tasks[0].at, 0.6, 0.05);
+  EXPECT_EQ(result->primitive.tasks[0].rho, goal.primitive.tasks[0].rho);
+}
+
+TEST_F(OptimizationTest, tells_every_generation_where_it_stands) {
+  goal.optimizer.evaluations = 100;
+  test::FunctionEvaluator evaluator(roll);
+  auto record = journal();
+  std::vector<Progress> seen;
+  ASSERT_TRUE(optimize(goal, evaluator, record, [&](const Progress& p) { seen.push_back(p); }).ok());
+  ASSERT_EQ(seen.size(), 10u);
+  const auto course = record.evaluations();
+  for (std::size_t g = 0; g < seen.size(); ++g) {
+    EXPECT_EQ(seen[g].done, 10 * (static_cast<int>(g) + 1));
+    EXPECT_GT(seen[g].sigma, 0);
+    EXPECT_GE(seen[g].condition, 1);
+    EXPECT_EQ(seen[g].success.trials, 4);
+    double mean = 0;
+    for (std::size_t k = 0; k < 10; ++k) mean += (*course)[10 * g + k].gamma / 10;
+    EXPECT_NEAR(seen[g].mean_gamma, mean, 1e-12);
+  }
+}
+
+TEST_F(OptimizationTest, a_rollout_that_is_not_answered_is_an_error_and_no_zero) {
+  class Forgetful : public Evaluator {
+    Status evaluate(std::span<const Rollout> rollouts,
+                    const std::function<void(std::size_t, RolloutResult)>& on_result) override {
+      for (std::size_t i = 0; i + 1 < rollouts.size(); ++i) on_result(i, test::bowl(rollouts[i]));
+      return success();
+    }
+  } evaluator;
+  auto record = journal();
+  const auto result = optimize(goal, evaluator, record);
+  ASSERT_FALSE(result.ok());
+  EXPECT_NE(result.error().message.find("no fitness of candidate 9 in scenario s3"), std::string::npos)
+      << result.error().message;
 }
 
 TEST_F(OptimizationTest, refuses_goals_that_cannot_be_run) {
@@ -209,6 +421,11 @@ TEST_F(OptimizationTest, refuses_goals_that_cannot_be_run) {
   refused([](OptimizeGoal& g) { g.restarts = 0; }, "restarts");
   refused([](OptimizeGoal& g) { g.desired = {}; }, "desired");
   refused([](OptimizeGoal& g) { g.settings = "fitnes: {}"; }, "fitness");
+  refused([](OptimizeGoal& g) { g.settings = "racing: {rounds: [2, 2]}"; }, "must rise");
+  refused([](OptimizeGoal& g) { g.settings = "signal: loud"; }, "mixed, graded, binary");
+  refused([](OptimizeGoal& g) { g.optimizer.evaluations = 9; },
+          "a budget of 9 evaluations is below one generation of 10");
+  refused([](OptimizeGoal& g) { g.settings = "log_rho_min: 9\nlog_rho_max: 3"; }, "must be below 'log_rho_max'");
   refused(
       [](OptimizeGoal& g) {
         for (auto& task : g.primitive.tasks) task.optimize = false;

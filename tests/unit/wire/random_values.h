@@ -139,6 +139,9 @@ class Draw {
       task.target = reals(3);
       for (int k = integer(0, 3); k > 0; --k) task.parameters[word()] = real();
       task.optimize = coin();
+      for (int k = integer(0, 2); k > 0; --k) {
+        task.search[word()] = {coin(), static_cast<motion::Scale>(integer(0, 2)), real(0, 1), real(1, 1e9)};
+      }
       for (int k = integer(0, 3); k > 0; --k) task.of[word()] = word();
       task.from_start = coin();
       out.tasks.push_back(task);
@@ -268,6 +271,7 @@ class Draw {
     out.optimizer.sigma = real(0.01, 1);
     out.optimizer.seed = bits();
     out.optimizer.restart = integer(0, 10);
+    out.optimizer.on_stagnation = std::vector<std::string>{"ipop", "bipop", "again", "stop"}[integer(0, 3)];
     out.algorithms = words();
     out.restarts = integer(1, 10);
     out.judge = judge_settings();

@@ -52,6 +52,9 @@ StageState state_of(const Progress& sample) {
   state.seconds_left = sample.seconds_left();
   state.searching = sample.stage() == "optimize";
   state.best_gamma = sample.best_gamma();
+  state.mean_gamma = sample.mean_gamma();
+  state.sigma = sample.sigma();
+  state.condition = sample.condition();
   state.success = {sample.success().successes(), sample.success().trials()};
   state.finished = sample.finished();
   return state;
