@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "rules/experience_store.h"
 #include "rules/rule.h"
 
 namespace primo::rules {
@@ -27,18 +28,25 @@ struct LearnerSettings {
 };
 
 /// The rules of every action in `experiences`. They do not depend on the order of the experiences or on the names of
-/// objects. Experiences with the same non-empty id count once. No experiences: no rules. Errors (data): an ill-formed
-/// experience, one id with two contents, a literal with too many arguments; settings out of range (config).
-Result<RuleSet> learn(const std::vector<symbols::Experience>& experiences, const LearnerSettings& settings = {});
-
-/// S(R) of `rules` on `experiences` (nats), with the probabilities that the rules state. An action without a default
-/// rule is scored as if one said p(noise) = 1.
-double score(const RuleSet& rules, const std::vector<symbols::Experience>& experiences,
-             const LearnerSettings& settings = {});
+/// objects (other than the background's constants). Experiences with the same non-empty id count once. No experiences:
+/// no rules. Errors (data): an ill-formed experience, one id with two contents, a predicate with two arities, a
+/// definition that uses a later one; settings out of range (config).
+Result<RuleSet> learn(const std::vector<symbols::Experience>& experiences, const LearnerSettings& settings = {},
+                      const Background& background = {});
+/// The same of a store, whose predicates are sorted.
+Result<RuleSet> learn(ExperienceStore& store, const LearnerSettings& settings = {});
 
 /// The positive literals over the rule's variables that held in every experience the rule covers and are not in its
 /// context. The data say nothing about what happens without them, so the learner leaves them out; a printed rule may
 /// list them beside.
 std::vector<symbols::Literal> untested_context(const Rule& rule, const std::vector<symbols::Experience>& experiences);
+
+class ActionExamples;
+struct RuleKey;
+/// Adds the action's rules and its default rule to `rules`, with their parameters.
+void add_rules(const ExperienceStore& store, const std::string& action, ActionExamples& examples,
+               const std::vector<RuleKey>& keys, RuleSet& rules);
+/// Error (config): a setting is out of its range.
+Status check(const LearnerSettings& settings);
 
 }  // namespace primo::rules

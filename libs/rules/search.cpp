@@ -1,9 +1,6 @@
 #include "rules/search.h"
 
 #include <algorithm>
-#include <map>
-#include <optional>
-#include <set>
 
 #include "rules/operators.h"
 
@@ -12,11 +9,9 @@ namespace {
 
 constexpr double kImprovement = 1e-9;
 
-/// Rules that cover no example twice, and their score.
-struct Candidate {
-  std::vector<RuleKey> rules;  // sorted
-  double score = 0;
+}  // namespace
 
+struct Search::Candidate : ScoredRules {
   /// By score; of equals the one that says more of what holds than of what does not; then in the order of rules, so
   /// that nothing depends on the order in which sets are found.
   bool better_than(const Candidate& other) const {
@@ -35,121 +30,135 @@ struct Candidate {
   }
 };
 
-class Search {
- public:
-  explicit Search(ActionExamples& examples) : examples_(examples) {
-    for (const auto& scene : examples.scenes()) {
-      initial_.push_back(initial_rule(scene, examples.settings().max_references));
-    }
+ScoredRules Search::climb(const std::vector<RuleKey>& from) {
+  begun_ = examples_.evaluations();
+  for (std::size_t i = initial_.size(); i < examples_.scenes().size(); ++i) {
+    initial_.push_back(initial_rule(examples_.scenes()[i], examples_.settings().max_references));
   }
-
-  std::vector<RuleKey> run() {
-    Candidate best = assess({});
-    for (int step = 0; step < examples_.settings().max_steps; ++step) {
-      const auto better = best_neighbour(best);
-      if (!better) break;
-      best = *better;
-    }
-    return best.rules;
-  }
-
- private:
-  Candidate assess(std::vector<RuleKey> rules) {
-    std::sort(rules.begin(), rules.end());
-    Candidate candidate;
-    candidate.rules = std::move(rules);
-    Bits covered(examples_.scenes().size());
-    for (const auto& key : candidate.rules) {
-      const auto& fitted = examples_.fit(key);
-      covered |= fitted.covered;
-      candidate.score += fitted.score;
-    }
-    double rest = 0;
-    examples_.default_rule(covered, &rest);
-    candidate.score += rest;
-    return candidate;
-  }
-
-  /// The set with `added` in place of `removed`; rules that cover an example which a new one covers go. Nothing when a
-  /// new rule is of no use.
-  std::optional<Candidate> exchange(const std::vector<RuleKey>& rules, const RuleKey* removed,
-                                    const std::vector<RuleKey>& added) {
-    std::vector<RuleKey> next;
-    for (const auto& key : added) {
-      const auto& fitted = examples_.fit(key);
-      if (!fitted.usable()) continue;  // a half of a split that covers nothing is left out
-      const auto clash = [&](const RuleKey& other) { return examples_.fit(other).covered.intersects(fitted.covered); };
-      if (std::any_of(next.begin(), next.end(), clash)) return std::nullopt;
-      next.push_back(key);
-    }
-    if (!added.empty() && next.empty()) return std::nullopt;
-    const std::size_t fresh = next.size();
-    for (const auto& key : rules) {
-      if (removed && key == *removed) continue;
-      const auto clash = [&](std::size_t i) {
-        return examples_.fit(next[i]).covered.intersects(examples_.fit(key).covered);
-      };
-      bool kept = true;
-      for (std::size_t i = 0; i < fresh && kept; ++i) kept = !clash(i);
-      if (kept) next.push_back(key);
-    }
-    return assess(std::move(next));
-  }
-
-  /// The best set one operator away, if it is better.
-  std::optional<Candidate> best_neighbour(const Candidate& from) {
-    std::optional<Candidate> best;
-    const auto consider = [&](const std::optional<Candidate>& candidate) {
-      if (!candidate || !(candidate->score > from.score + kImprovement)) return;
-      if (!best || candidate->better_than(*best)) best = candidate;
-    };
-    for (const auto& key : explanations(from)) {
-      if (exhausted()) break;
-      consider(exchange(from.rules, nullptr, {key}));
-    }
-    for (const auto& key : from.rules) {
-      consider(exchange(from.rules, &key, {}));
-      for (const auto& added : replacements_of(key)) {
-        if (exhausted()) break;
-        consider(exchange(from.rules, &key, added));
+  Candidate best = exchange({}, nullptr, {}).value();
+  for (const auto& key : from) {
+    if (examples_.fit(key).usable()) {
+      if (auto added = exchange(best.rules, nullptr, {key}); added && added->rules.size() > best.rules.size()) {
+        best = std::move(*added);
       }
     }
-    return best;
   }
+  for (int step = 0; step < examples_.settings().max_steps; ++step) {
+    examples_.limit_memory();
+    auto better = best_neighbour(best, false);
+    if (!better) better = best_neighbour(best, true);
+    if (!better) break;
+    best = std::move(*better);
+  }
+  return best;
+}
 
-  bool exhausted() const { return examples_.evaluations() >= examples_.settings().max_evaluations; }
+Search::Candidate Search::assess(std::vector<RuleKey> rules) {
+  std::sort(rules.begin(), rules.end());
+  Candidate candidate;
+  candidate.rules = std::move(rules);
+  Bits covered(examples_.scenes().size());
+  for (const auto& key : candidate.rules) {
+    const auto& fitted = examples_.fit(key);
+    covered |= fitted.covered;
+    candidate.score += fitted.score;
+  }
+  double rest = 0;
+  examples_.default_rule(covered, &rest);
+  candidate.score += rest;
+  return candidate;
+}
 
-  /// ExplainExamples for every example that only the default rule covers.
-  std::set<RuleKey> explanations(const Candidate& from) {
-    Bits covered(examples_.scenes().size());
-    for (const auto& key : from.rules) covered |= examples_.fit(key).covered;
-    std::set<RuleKey> initial, found;
-    for (std::size_t i = 0; i < initial_.size(); ++i) {
-      if (!covered.test(i)) initial.insert(initial_[i]);
-    }
-    for (const auto& key : initial) {
+/// The set with `added` in place of `removed`; rules that cover an example which a new one covers go. Nothing when a
+/// new rule is of no use.
+std::optional<Search::Candidate> Search::exchange(const std::vector<RuleKey>& rules, const RuleKey* removed,
+                                                  const std::vector<RuleKey>& added) {
+  std::vector<RuleKey> next;
+  for (const auto& key : added) {
+    const auto& fitted = examples_.fit(key);
+    if (!fitted.usable()) continue;  // a half of a split that covers nothing is left out
+    const auto clash = [&](const RuleKey& other) { return examples_.fit(other).covered.intersects(fitted.covered); };
+    if (std::any_of(next.begin(), next.end(), clash)) return std::nullopt;
+    next.push_back(key);
+  }
+  if (!added.empty() && next.empty()) return std::nullopt;
+  const std::size_t fresh = next.size();
+  for (const auto& key : rules) {
+    if (removed && key == *removed) continue;
+    const auto clash = [&](std::size_t i) {
+      return examples_.fit(next[i]).covered.intersects(examples_.fit(key).covered);
+    };
+    bool kept = true;
+    for (std::size_t i = 0; i < fresh && kept; ++i) kept = !clash(i);
+    if (kept) next.push_back(key);
+  }
+  return assess(std::move(next));
+}
+
+/// The best set one operator away, if it is better.
+std::optional<Search::Candidate> Search::best_neighbour(const Candidate& from, bool thorough) {
+  std::optional<Candidate> best;
+  const auto consider = [&](std::optional<Candidate> candidate) {
+    if (!candidate || !(candidate->score > from.score + kImprovement)) return;
+    if (!best || candidate->better_than(*best)) best = std::move(candidate);
+  };
+  for (const auto& key : explanations(from, thorough)) {
+    if (exhausted()) break;
+    consider(exchange(from.rules, nullptr, {key}));
+  }
+  if (thorough) return best;  // the other neighbours were not better
+  for (const auto& key : from.rules) {
+    consider(exchange(from.rules, &key, {}));
+    for (const auto& added : replacements_of(key)) {
       if (exhausted()) break;
-      auto at = trimmed_.find(key);
-      if (at == trimmed_.end()) at = trimmed_.emplace(key, trimmed(examples_, key)).first;
-      found.insert(at->second);
+      consider(exchange(from.rules, &key, added));
     }
-    return found;
   }
+  return best;
+}
 
-  const std::vector<std::vector<RuleKey>>& replacements_of(const RuleKey& key) {
-    const auto at = replacements_.find(key);
-    if (at != replacements_.end()) return at->second;
-    return replacements_.emplace(key, replacements(examples_, key)).first->second;
+/// ExplainExamples for the examples that only the default rule covers. Examples that a rule found for others explains are
+/// passed over unless `thorough`: their own rules would most likely be the same.
+std::set<RuleKey> Search::explanations(const Candidate& from, bool thorough) {
+  Bits covered(examples_.scenes().size());
+  for (const auto& key : from.rules) covered |= examples_.fit(key).covered;
+  // In an order that knows no example's number.
+  std::map<RuleKey, std::vector<std::size_t>> initial;
+  bool all_explained = true;
+  for (std::size_t i = 0; i < initial_.size(); ++i) {
+    if (covered.test(i)) continue;
+    initial[initial_[i]].push_back(i);
+    all_explained = all_explained && examples_.unchanged().test(i);
   }
+  std::set<RuleKey> found;
+  if (all_explained) return found;  // the default rule is certain of them
+  Bits explained = examples_.unchanged();
+  for (const auto& [key, members] : initial) {
+    if (exhausted()) break;
+    const auto known = [&](std::size_t i) { return explained.test(i); };
+    if (!thorough && std::all_of(members.begin(), members.end(), known)) continue;
+    const RuleKey& rule = trimmed_rule(key);
+    if (!found.insert(rule).second) continue;
+    const auto& fitted = examples_.fit(rule);
+    if (fitted.usable() && fitted.induced->noise_count == 0) explained |= fitted.covered;
+  }
+  return found;
+}
 
-  ActionExamples& examples_;
-  std::vector<RuleKey> initial_;  // of each example
-  std::map<RuleKey, RuleKey> trimmed_;
-  std::map<RuleKey, std::vector<std::vector<RuleKey>>> replacements_;
-};
+const RuleKey& Search::trimmed_rule(const RuleKey& initial) {
+  auto& [rule, examples] = trimmed_[initial];
+  if (examples != examples_.scenes().size()) {
+    rule = trimmed(examples_, initial);
+    examples = examples_.scenes().size();
+  }
+  return rule;
+}
 
-}  // namespace
-
-std::vector<RuleKey> search_rules(ActionExamples& examples) { return Search(examples).run(); }
+const std::vector<std::vector<RuleKey>>& Search::replacements_of(const RuleKey& key) {
+  auto& remembered = replacements_[key];
+  const std::int64_t covered = examples_.fit(key).covered.count();
+  if (remembered.covered != covered) remembered = {replacements(examples_, key), covered};
+  return remembered.rules;
+}
 
 }  // namespace primo::rules

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "generated_data.h"
+#include "rules/score.h"
 
 namespace primo::rules {
 namespace {
