@@ -119,7 +119,8 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
         induce_outcomes(scenes_, covered, numbers, changes_, settings_.alpha, settings_.p_min));
   }
   fitted.induced = induced;
-  fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size());
+  fitted.score =
+      induced->score - (settings_.alpha + settings_.caution) * static_cast<double>(key.context.size());
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {
@@ -127,7 +128,6 @@ const FittedRule& ActionExamples::fit(const RuleKey& key) {
   const auto [at, fresh] = fits_.try_emplace(key);
   FittedRule& fitted = at->second;
   if (!fresh && fitted.seen == scenes_.size()) return fitted;
-  ++evaluations_;
   if (!fresh && coverage_.cover(key, fitted.seen).size() == 0) {
     fitted.covered.resize(scenes_.size());
   } else {

@@ -19,8 +19,8 @@ namespace primo::rules {
 struct FittedRule {
   Bits covered;
   std::shared_ptr<const InducedOutcomes> induced;  ///< none when nothing is covered
-  double score = 0;                                ///< log-likelihood − α · (literals of context and outcomes)
-  std::size_t seen = 0;                            ///< examples this is the fit to
+  double score = 0;      ///< log-likelihood − α · (literals of context and outcomes) − caution · literals of the context
+  std::size_t seen = 0;  ///< examples this is the fit to
   bool usable() const { return induced && !induced->outcomes.empty(); }
 };
 
@@ -45,7 +45,6 @@ class ActionExamples {
   /// Examples without any change.
   const Bits& unchanged() { return extend(), unchanged_; }
 
-  std::int64_t evaluations() const { return evaluations_; }
   /// Lets go of remembered fits when they have become many.
   void limit_memory();
 
@@ -58,7 +57,6 @@ class ActionExamples {
   const std::vector<Scene>& scenes_;
   LearnerSettings settings_;
   Coverage coverage_;
-  std::int64_t evaluations_ = 0;
   Bits all_, unchanged_;
   std::unordered_map<RuleKey, FittedRule, RuleKeyHash> fits_;
   // Rules that cover the same examples and say the same of their changes share their outcomes.

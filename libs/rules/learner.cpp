@@ -76,8 +76,11 @@ Status check(const LearnerSettings& settings) {
   if (!(settings.alpha >= 0) || !std::isfinite(settings.alpha)) return config("alpha must be finite and not negative");
   if (!(settings.p_min > 0) || !(settings.p_min <= 0.1)) return config("p_min must be above 0 and at most 0.1");
   if (settings.max_references < 0 || settings.max_references > 6) return config("max_references must be from 0 to 6");
-  if (settings.max_steps < 1 || settings.max_evaluations < 1) {
-    return config("max_steps and max_evaluations must be at least 1");
+  if (!(settings.caution >= 0) || !std::isfinite(settings.caution)) {
+    return config("caution must be finite and not negative");
+  }
+  if (settings.max_steps < 1 || settings.max_candidates < 1 || settings.look_ahead < 0) {
+    return config("max_steps and max_candidates must be at least 1, look_ahead at least 0");
   }
   return success();
 }
@@ -106,15 +109,20 @@ Result<RuleSet> learn(ExperienceStore& store, const LearnerSettings& settings) {
   return rules;
 }
 
-void add_rules(const ExperienceStore& store, const std::string& action, ActionExamples& examples,
-               const std::vector<RuleKey>& keys, RuleSet& rules) {
+double add_rules(const ExperienceStore& store, const std::string& action, ActionExamples& examples,
+                 const std::vector<RuleKey>& keys, RuleSet& rules) {
   Bits covered(examples.scenes().size());
+  double score = 0;
   for (const auto& key : keys) {
     const auto& fitted = examples.fit(key);
+    if (!fitted.usable()) continue;
     rules.rules.push_back(to_rule(store, action, key, fitted));
     covered |= fitted.covered;
+    score += fitted.induced->score - examples.settings().alpha * static_cast<double>(key.context.size());
   }
-  rules.defaults[action] = examples.default_rule(covered, nullptr);
+  double rest = 0;
+  rules.defaults[action] = examples.default_rule(covered, &rest);
+  return score + rest;
 }
 
 std::vector<Literal> untested_context(const Rule& rule, const std::vector<Experience>& experiences) {

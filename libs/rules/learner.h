@@ -12,18 +12,24 @@
 namespace primo::rules {
 
 struct LearnerSettings {
-  double alpha = 0.5;            ///< nats a literal costs
-  double p_min = 1e-8;           ///< probability a noise outcome gives to a state
-  int max_references = 3;        ///< deictic variables a rule
-  int max_steps = 10000;         ///< accepted changes of the rule set, for each action
-  int max_evaluations = 200000;  ///< candidate rules fitted, for each action; then the best set so far is returned
+  double alpha = 0.5;     ///< nats a literal costs
+  double p_min = 1e-8;    ///< probability a noise outcome gives to a state
+  double caution = 1;     ///< nats a context literal must earn beyond alpha while rules are searched (decision 0304)
+  int max_references = 3; ///< deictic variables a rule
+  int max_steps = 10000;  ///< accepted changes of the rule set, for each action
+  int max_candidates = 1000000;  ///< sets of rules looked at, for each action; then the best so far is returned
+  int look_ahead = 20;           ///< worse neighbours of a local optimum from which the search goes on
   template <class V>
   void visit(V&& v) {
     v("alpha", alpha, {.help = "penalty of a literal", .unit = "nats", .min = 0, .max = 1e6});
     v("p_min", p_min, {.help = "probability that noise gives to a state", .min = 1e-300, .max = 0.1});
+    v("caution", caution,
+      {.help = "what a context literal must earn beyond alpha", .unit = "nats", .min = 0, .max = 1e6});
     v("max_references", max_references, {.help = "deictic variables a rule", .min = 0, .max = 6});
     v("max_steps", max_steps, {.help = "accepted changes of the rule set for each action", .min = 1, .max = 1e9});
-    v("max_evaluations", max_evaluations, {.help = "candidate rules fitted for each action", .min = 1, .max = 1e9});
+    v("max_candidates", max_candidates, {.help = "sets of rules looked at for each action", .min = 1, .max = 1e9});
+    v("look_ahead", look_ahead,
+      {.help = "worse neighbours of a local optimum from which the search goes on", .min = 0, .max = 1e4});
   }
 };
 
@@ -43,9 +49,9 @@ std::vector<symbols::Literal> untested_context(const Rule& rule, const std::vect
 
 class ActionExamples;
 struct RuleKey;
-/// Adds the action's rules and its default rule to `rules`, with their parameters.
-void add_rules(const ExperienceStore& store, const std::string& action, ActionExamples& examples,
-               const std::vector<RuleKey>& keys, RuleSet& rules);
+/// Adds the action's rules and its default rule to `rules`, with their parameters; their S(R).
+double add_rules(const ExperienceStore& store, const std::string& action, ActionExamples& examples,
+                 const std::vector<RuleKey>& keys, RuleSet& rules);
 /// Error (config): a setting is out of its range.
 Status check(const LearnerSettings& settings);
 

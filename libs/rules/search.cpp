@@ -31,7 +31,7 @@ struct Search::Candidate : ScoredRules {
 };
 
 ScoredRules Search::climb(const std::vector<RuleKey>& from) {
-  begun_ = examples_.evaluations();
+  candidates_ = 0;
   for (std::size_t i = initial_.size(); i < examples_.scenes().size(); ++i) {
     initial_.push_back(initial_rule(examples_.scenes()[i], examples_.settings().max_references));
   }
@@ -43,6 +43,10 @@ ScoredRules Search::climb(const std::vector<RuleKey>& from) {
       }
     }
   }
+  return look_ahead(ascend(std::move(best)));
+}
+
+Search::Candidate Search::ascend(Candidate best) {
   for (int step = 0; step < examples_.settings().max_steps; ++step) {
     examples_.limit_memory();
     auto better = best_neighbour(best, false);
@@ -53,8 +57,63 @@ ScoredRules Search::climb(const std::vector<RuleKey>& from) {
   return best;
 }
 
+/// Goes on from a set that no single operator improves: from its best neighbours, though they are worse, since some
+/// improvements take two operators of which the first alone does not pay.
+Search::Candidate Search::look_ahead(Candidate best) {
+  for (bool improved = true; improved && !exhausted();) {
+    improved = false;
+    const double reached = best.score + kImprovement;
+    for (auto& start : promising(best)) {
+      if (exhausted()) break;
+      examples_.limit_memory();
+      auto summit = ascend(std::move(start));
+      if (!(summit.score > reached) || !summit.better_than(best)) continue;
+      best = std::move(summit);
+      improved = true;
+    }
+  }
+  return best;
+}
+
+/// The best of all neighbours, of those that cover and explain the same examples alike only the best.
+std::vector<Search::Candidate> Search::promising(const Candidate& from) {
+  std::map<std::set<const InducedOutcomes*>, Candidate> kinds;
+  const auto kind = [&](const Candidate& candidate) {
+    std::set<const InducedOutcomes*> fits;
+    for (const auto& key : candidate.rules) fits.insert(examples_.fit(key).induced.get());
+    return fits;
+  };
+  const auto own = kind(from);
+  for_each_neighbour(from, [&](Candidate&& candidate) {
+    auto fits = kind(candidate);
+    if (fits == own) return;
+    const auto [at, fresh] = kinds.try_emplace(std::move(fits), candidate);
+    if (!fresh && candidate.better_than(at->second)) at->second = std::move(candidate);
+  });
+  std::vector<Candidate> best;
+  for (auto& [fits, candidate] : kinds) best.push_back(std::move(candidate));
+  std::sort(best.begin(), best.end(), [](const Candidate& a, const Candidate& b) { return a.better_than(b); });
+  const auto width = static_cast<std::size_t>(examples_.settings().look_ahead);
+  if (best.size() > width) best.resize(width);
+  return best;
+}
+
+void Search::for_each_neighbour(const Candidate& from, const std::function<void(Candidate&&)>& visit) {
+  const auto consider = [&](std::optional<Candidate> candidate) {
+    if (candidate) visit(std::move(*candidate));
+  };
+  for (const auto& key : from.rules) {
+    consider(exchange(from.rules, &key, {}));
+    for (const auto& added : replacements_of(key)) {
+      if (exhausted()) return;
+      consider(exchange(from.rules, &key, added));
+    }
+  }
+}
+
 Search::Candidate Search::assess(std::vector<RuleKey> rules) {
   std::sort(rules.begin(), rules.end());
+  ++candidates_;
   Candidate candidate;
   candidate.rules = std::move(rules);
   Bits covered(examples_.scenes().size());
@@ -98,22 +157,15 @@ std::optional<Search::Candidate> Search::exchange(const std::vector<RuleKey>& ru
 /// The best set one operator away, if it is better.
 std::optional<Search::Candidate> Search::best_neighbour(const Candidate& from, bool thorough) {
   std::optional<Candidate> best;
-  const auto consider = [&](std::optional<Candidate> candidate) {
-    if (!candidate || !(candidate->score > from.score + kImprovement)) return;
-    if (!best || candidate->better_than(*best)) best = std::move(candidate);
+  const auto consider = [&](Candidate&& candidate) {
+    if (!(candidate.score > from.score + kImprovement)) return;
+    if (!best || candidate.better_than(*best)) best = std::move(candidate);
   };
   for (const auto& key : explanations(from, thorough)) {
     if (exhausted()) break;
-    consider(exchange(from.rules, nullptr, {key}));
+    if (auto candidate = exchange(from.rules, nullptr, {key})) consider(std::move(*candidate));
   }
-  if (thorough) return best;  // the other neighbours were not better
-  for (const auto& key : from.rules) {
-    consider(exchange(from.rules, &key, {}));
-    for (const auto& added : replacements_of(key)) {
-      if (exhausted()) break;
-      consider(exchange(from.rules, &key, added));
-    }
-  }
+  if (!thorough) for_each_neighbour(from, consider);  // when thorough, they were not better
   return best;
 }
 
@@ -157,7 +209,13 @@ const RuleKey& Search::trimmed_rule(const RuleKey& initial) {
 const std::vector<std::vector<RuleKey>>& Search::replacements_of(const RuleKey& key) {
   auto& remembered = replacements_[key];
   const std::int64_t covered = examples_.fit(key).covered.count();
-  if (remembered.covered != covered) remembered = {replacements(examples_, key), covered};
+  // The bounds tried for a function are those of all examples.
+  const bool ranges = std::any_of(key.context.begin(), key.context.end(),
+                                  [](const LiftedLiteral& literal) { return literal.relation != Relation::none; });
+  const std::size_t examples = examples_.scenes().size();
+  if (remembered.covered != covered || (ranges && remembered.examples != examples)) {
+    remembered = {replacements(examples_, key), covered, examples};
+  }
   return remembered.rules;
 }
 

@@ -1,6 +1,7 @@
 // The search over sets of rules for one action.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -28,6 +29,10 @@ class Search {
 
  private:
   struct Candidate;
+  Candidate ascend(Candidate best);
+  Candidate look_ahead(Candidate best);
+  std::vector<Candidate> promising(const Candidate& from);
+  void for_each_neighbour(const Candidate& from, const std::function<void(Candidate&&)>& visit);
   Candidate assess(std::vector<RuleKey> rules);
   std::optional<Candidate> exchange(const std::vector<RuleKey>& rules, const RuleKey* removed,
                                     const std::vector<RuleKey>& added);
@@ -35,14 +40,15 @@ class Search {
   std::set<RuleKey> explanations(const Candidate& from, bool thorough);
   const RuleKey& trimmed_rule(const RuleKey& initial);
   const std::vector<std::vector<RuleKey>>& replacements_of(const RuleKey& key);
-  bool exhausted() const { return examples_.evaluations() - begun_ >= examples_.settings().max_evaluations; }
+  bool exhausted() const { return candidates_ >= examples_.settings().max_candidates; }
 
   ActionExamples& examples_;
-  std::int64_t begun_ = 0;
+  std::int64_t candidates_ = 0;   // looked at in this climb
   std::vector<RuleKey> initial_;  // of each example
   struct Remembered {
     std::vector<std::vector<RuleKey>> rules;
     std::int64_t covered = -1;  // examples covered when they were found
+    std::size_t examples = 0;   // and all
   };
   std::map<RuleKey, Remembered> replacements_;
   std::map<RuleKey, std::pair<RuleKey, std::size_t>> trimmed_;  // and the number of examples it was trimmed with

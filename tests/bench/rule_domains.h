@@ -3,6 +3,7 @@
 // probabilities. For the benchmarks and tests of the rule learner.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -102,8 +103,11 @@ inline RuleSet gripper_rules() {
   return rules;
 }
 
-/// Blocks stacked at random, 2 to 4 in training and 5 in the test; an action at random, mostly one that can work.
+/// Blocks stacked at random, 2 to 4 in training and 5 in the test; in every second state one is in the hand. Of
+/// an action's ground forms any is drawn, in every second state one to which a rule applies, if there is one.
 inline Experience draw_gripper(Random& random, Use use) {
+  static const RuleSet rules = gripper_rules();
+  static const Predictor predictor(rules);
   Experience e;
   const std::uint64_t blocks = use == Use::test ? 5 : 2 + random.below(3);
   e.objects = {"t0"};
@@ -127,17 +131,17 @@ inline Experience draw_gripper(Random& random, Use use) {
   for (const auto& name : clear) e.before.insert(lit("clear", {name}));
   if (!holding) e.before.insert(lit("inhand-nil"));
   if (random.below(2) == 0) e.before.insert(lit("wet"));
-  const auto any = [&] { return e.objects[random.below(e.objects.size())]; };
-  const auto a = random.below(6);
-  const bool sensible = random.below(4) != 0;
-  if (a < 2 && sensible && !clear.empty()) {
-    const std::string x = clear[random.below(clear.size())];
-    e.action = holding ? lit("puton", {random.below(3) == 0 ? "t0" : x}) : lit("pickup", {x});
-  } else if (a < 4) {
-    e.action = lit(random.below(2) == 0 ? "pickup" : "puton", {any()});
-  } else {
-    e.action = a == 4 ? lit("paint", {any()}) : lit("dry");
+  const char* const name = std::array{"pickup", "puton", "paint", "dry"}[random.below(4)];
+  std::vector<Literal> actions, able;
+  if (name == std::string("dry")) actions.push_back(lit(name));
+  for (const auto& object : e.objects) {
+    if (name != std::string("dry")) actions.push_back(lit(name, {object}));
   }
+  for (const auto& action : actions) {
+    if (predictor.covering(e.objects, e.before, action)) able.push_back(action);
+  }
+  const auto& from = able.empty() || random.below(2) == 0 ? actions : able;
+  e.action = from[random.below(from.size())];
   return e;
 }
 inline Domain gripper() { return {"slippery gripper", gripper_rules(), draw_gripper}; }
