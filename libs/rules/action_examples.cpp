@@ -119,8 +119,7 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
         induce_outcomes(scenes_, covered, numbers, changes_, settings_.alpha, settings_.p_min));
   }
   fitted.induced = induced;
-  fitted.score =
-      induced->score - (settings_.alpha + settings_.caution) * static_cast<double>(key.context.size());
+  fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size());
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {

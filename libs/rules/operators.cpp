@@ -223,7 +223,7 @@ RuleKey trimmed(ActionExamples& examples, RuleKey key) {
     if (!fitted.usable()) return -std::numeric_limits<double>::infinity();
     double rest = 0;
     examples.default_rule(fitted.covered, &rest);
-    return fitted.score + rest;
+    return fitted.score + rest - examples.settings().caution * static_cast<double>(candidate.context.size());
   };
   double best = score(key);
   for (;;) {

@@ -117,11 +117,19 @@ Search::Candidate Search::assess(std::vector<RuleKey> rules) {
   Candidate candidate;
   candidate.rules = std::move(rules);
   Bits covered(examples_.scenes().size());
+  distinct_.clear();
   for (const auto& key : candidate.rules) {
     const auto& fitted = examples_.fit(key);
     covered |= fitted.covered;
     candidate.score += fitted.score;
+    for (auto literal : key.context) {
+      literal.negated = false;
+      distinct_.push_back(literal);
+    }
   }
+  std::sort(distinct_.begin(), distinct_.end());
+  const auto choices = std::unique(distinct_.begin(), distinct_.end()) - distinct_.begin();
+  candidate.score -= examples_.settings().caution * static_cast<double>(choices);
   double rest = 0;
   examples_.default_rule(covered, &rest);
   candidate.score += rest;

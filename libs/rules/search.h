@@ -45,6 +45,7 @@ class Search {
   ActionExamples& examples_;
   std::int64_t candidates_ = 0;   // looked at in this climb
   std::vector<RuleKey> initial_;  // of each example
+  std::vector<LiftedLiteral> distinct_;  // scratch
   struct Remembered {
     std::vector<std::vector<RuleKey>> rules;
     std::int64_t covered = -1;  // examples covered when they were found
