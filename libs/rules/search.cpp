@@ -43,7 +43,17 @@ ScoredRules Search::climb(const std::vector<RuleKey>& from) {
       }
     }
   }
-  return look_ahead(ascend(std::move(best)));
+  return without_idle_rules(look_ahead(ascend(std::move(best))));
+}
+
+/// Without the rules that say no more than the default rule does.
+Search::Candidate Search::without_idle_rules(Candidate best) {
+  const auto rules = best.rules;
+  for (const auto& key : rules) {
+    auto fewer = exchange(best.rules, &key, {});
+    if (fewer && fewer->score >= best.score - kImprovement) best = std::move(*fewer);
+  }
+  return best;
 }
 
 Search::Candidate Search::ascend(Candidate best) {
