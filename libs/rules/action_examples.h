@@ -19,8 +19,8 @@ namespace primo::rules {
 struct FittedRule {
   Bits covered;
   std::shared_ptr<const InducedOutcomes> induced;  ///< none when nothing is covered
-  double score = 0;      ///< log-likelihood − α · (literals of context and outcomes)
-  std::size_t seen = 0;  ///< examples this is the fit to
+  double score = 0;                                ///< log-likelihood − α · (literals of context and outcomes)
+  std::size_t seen = 0;                            ///< examples this is the fit to
   bool usable() const { return induced && !induced->outcomes.empty(); }
 };
 

@@ -25,7 +25,7 @@ struct RuleDiagnosis {
   double noise = 0;      ///< p_0
   std::int64_t covered = 0;
   std::vector<std::string> unexplained;  ///< ids (or "#" and the place) of covered experiences that no outcome explains
-  std::optional<Split> split;            ///< the literal that separates them from the explained ones best; none: no gain
+  std::optional<Split> split;  ///< the literal that separates them from the explained ones best; none: no gain
 };
 
 struct DefaultDiagnosis {

@@ -174,9 +174,8 @@ int Coverage::bind(const Plan& plan, std::size_t scene, std::size_t variable, st
     const int object = std::countr_zero(set);
     trial[plan.form->arguments + variable] = static_cast<std::int16_t>(object);
     const bool holds_all =
-        wanted.others.empty() || std::all_of(wanted.others.begin(), wanted.others.end(), [&](const LiftedLiteral& l) {
-          return holds(scenes_[scene], l, trial);
-        });
+        wanted.others.empty() || std::all_of(wanted.others.begin(), wanted.others.end(),
+                                             [&](const LiftedLiteral& l) { return holds(scenes_[scene], l, trial); });
     if (!holds_all) continue;
     if (variable + 1 < plan.variables.size()) {
       const std::uint64_t rest = free & ~(std::uint64_t{1} << object);

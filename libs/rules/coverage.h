@@ -39,8 +39,8 @@ class Coverage {
     std::vector<std::int16_t> action;
     std::size_t arguments = 0, seen = 0;
     Bits match;
-    std::vector<std::int16_t> bound;   // `arguments` numbers a scene
-    std::vector<std::uint64_t> free;   // objects that are no arguments
+    std::vector<std::int16_t> bound;  // `arguments` numbers a scene
+    std::vector<std::uint64_t> free;  // objects that are no arguments
     struct Facts {
       Bits bits;
       std::size_t seen = 0;

@@ -66,8 +66,8 @@ Result<bool> ExperienceStore::add(const Experience& experience, const std::strin
   }
   const auto derived = symbols::derive(background_.derived, experience.objects, experience.before);
   scenes_[experience.action.predicate].push_back(make_scene(vocabulary_, experience.objects, experience.before,
-                                                            experience.action, experience.after,
-                                                            background_.constants, derived));
+                                                            experience.action, experience.after, background_.constants,
+                                                            derived));
   ++size_;
   return true;
 }

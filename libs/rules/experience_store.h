@@ -22,8 +22,8 @@ class ExperienceStore {
   explicit ExperienceStore(Background background = {}) : background_(std::move(background)) {}
 
   /// Adds one. Experiences with the same non-empty id count once: true when this one is new. Errors (data), beginning
-  /// with `where`: it is ill-formed, contradicts earlier ones in a predicate's arity, its id stands with other contents,
-  /// it has more than 1000 objects, or a derived predicate occurs in it.
+  /// with `where`: it is ill-formed, contradicts earlier ones in a predicate's arity, its id stands with other
+  /// contents, it has more than 1000 objects, or a derived predicate occurs in it.
   Result<bool> add(const symbols::Experience& experience, const std::string& where);
 
   /// Brings the predicates in the order of their names, so that nothing depends on the order of the experiences. True

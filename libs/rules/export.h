@@ -21,11 +21,11 @@ struct Ppddl {
   double largest_noise = 0;
 };
 
-/// A PPDDL 1.0 domain (Younes and Littman 2004) with the semantics of the rules. Deictic variables are quantified inside
-/// the effects, where the context singles them out; the outcome is drawn outside. A rule's effects happen where it alone
-/// covers. Literals that all outcomes share stand before the choice. Derived predicates become axioms.
-/// Errors (failed): what PPDDL cannot say: a function that loses its value, a count; names that differ only in case or
-/// in . : / (config).
+/// A PPDDL 1.0 domain (Younes and Littman 2004) with the semantics of the rules. Deictic variables are quantified
+/// inside the effects, where the context singles them out; the outcome is drawn outside. A rule's effects happen where
+/// it alone covers. Literals that all outcomes share stand before the choice. Derived predicates become axioms. Errors
+/// (failed): what PPDDL cannot say: a function that loses its value, a count; names that differ only in case or in . :
+/// / (config).
 Result<Ppddl> to_ppddl(const RuleSet& rules, const PpddlOptions& options = {});
 
 }  // namespace primo::rules

@@ -86,7 +86,9 @@ std::vector<LiftedLiteral> changes_between(const Facts& before, const Facts& aft
 }
 
 bool compare(Relation relation, std::int32_t value, std::int32_t bound) {
-  return relation == Relation::equal ? value == bound : relation == Relation::at_least ? value >= bound : value <= bound;
+  return relation == Relation::equal      ? value == bound
+         : relation == Relation::at_least ? value >= bound
+                                          : value <= bound;
 }
 
 /// The atom with its variables and constants replaced by objects; false when a constant is not in the scene.

@@ -15,8 +15,8 @@ namespace primo::rules {
 
 using symbols::Relation;
 
-/// A predicate's or function's index, then its terms, then −1. In a ground atom a term is an object's index; in a lifted
-/// one a variable's, or constant(k).
+/// A predicate's or function's index, then its terms, then −1. In a ground atom a term is an object's index; in a
+/// lifted one a variable's, or constant(k).
 using Atom = std::array<std::int16_t, 1 + symbols::kMaxArity>;
 
 /// The k-th constant: an object that is the same in every scene, and that a rule may name.

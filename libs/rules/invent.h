@@ -7,9 +7,9 @@
 namespace primo::rules {
 
 struct InventionSettings {
-  double alpha = 1.0;        ///< nats that a concept in use costs, α′
-  int rounds = 3;            ///< extensions of concepts by concepts
-  int max_concepts = 60;     ///< candidates tried in a round
+  double alpha = 1.0;     ///< nats that a concept in use costs, α′
+  int rounds = 3;         ///< extensions of concepts by concepts
+  int max_concepts = 60;  ///< candidates tried in a round
   template <class V>
   void visit(V&& v) {
     v("alpha", alpha, {.help = "what a concept in use costs", .unit = "nats", .min = 0, .max = 1e6});
@@ -18,9 +18,9 @@ struct InventionSettings {
   }
 };
 
-/// Rules with the background's and invented derived predicates: S′(R) = S(R) − α′ · (concepts in use). Each round extends
-/// the primitive predicates and the concepts in use by exists, not exists, transitive closure and count, learns anew,
-/// and stops when S′ does not grow. Invented names begin with "c-". Errors as learn().
+/// Rules with the background's and invented derived predicates: S′(R) = S(R) − α′ · (concepts in use). Each round
+/// extends the primitive predicates and the concepts in use by exists, not exists, transitive closure and count, learns
+/// anew, and stops when S′ does not grow. Invented names begin with "c-". Errors as learn().
 Result<RuleSet> learn_inventing(const std::vector<symbols::Experience>& experiences,
                                 const LearnerSettings& settings = {}, const Background& background = {},
                                 const InventionSettings& invention = {});

@@ -13,7 +13,8 @@ std::string number(double p) {
 
 std::string name(const std::string& raw) {
   std::string text = "\\mathsf{";
-  for (const char c : raw) text += c == '_' ? std::string("\\_") : c == '-' ? std::string("\\text{-}") : std::string(1, c);
+  for (const char c : raw)
+    text += c == '_' ? std::string("\\_") : c == '-' ? std::string("\\text{-}") : std::string(1, c);
   return text + "}";
 }
 

@@ -19,7 +19,7 @@ class OnlineLearner {
                                                        const Background& background = {});
 
   struct Update {
-    bool added = false;         ///< false: the experience was there already
+    bool added = false;  ///< false: the experience was there already
     std::string action;
     bool contradicted = false;  ///< the rules said that this would not happen: they gave it to noise, or two cover it
   };

@@ -53,7 +53,8 @@ void add_values(const RuleKey& key, const Atom& function, const Values& values, 
   if (each.size() > 2) add_alternatives(key, each, found);
   for (std::size_t i = 0; i + 1 < bounds.size(); ++i) {
     add_alternatives(
-        key, {range(function, Relation::at_most, bounds[i]), range(function, Relation::at_least, bounds[i + 1])}, found);
+        key, {range(function, Relation::at_most, bounds[i]), range(function, Relation::at_least, bounds[i + 1])},
+        found);
   }
 }
 

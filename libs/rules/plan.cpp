@@ -182,8 +182,7 @@ class Uct {
   }
 
   Random stream(const char* purpose, int state, int left) {
-    return {settings_.seed, purpose,
-            {static_cast<std::uint64_t>(state), static_cast<std::uint64_t>(left), ++drawn_}};
+    return {settings_.seed, purpose, {static_cast<std::uint64_t>(state), static_cast<std::uint64_t>(left), ++drawn_}};
   }
 
   StateGraph& graph_;

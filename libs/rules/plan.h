@@ -18,16 +18,16 @@ struct PlanProblem {
 };
 
 struct PlanSettings {
-  int simulations = 2000;       ///< UCT: descents from the start; a tenth of them from each state that may follow
-  int samples = 4;              ///< UCT: different outcomes tried for a state and action (sparse sampling)
-  double exploration = 0.7;     ///< UCT: the constant of UCB1, for rewards from 0 to 1
-  int max_states = 200000;      ///< replanner: states looked at in one search
+  int simulations = 2000;    ///< UCT: descents from the start; a tenth of them from each state that may follow
+  int samples = 4;           ///< UCT: different outcomes tried for a state and action (sparse sampling)
+  double exploration = 0.7;  ///< UCT: the constant of UCB1, for rewards from 0 to 1
+  int max_states = 200000;   ///< replanner: states looked at in one search
   std::uint64_t seed = 0;
 };
 
 struct PlanStep {
   symbols::Literal action;
-  double p = 0;           ///< of the outcome that the plan counts on
+  double p = 0;             ///< of the outcome that the plan counts on
   symbols::State expected;  ///< after it
 };
 

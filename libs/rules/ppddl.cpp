@@ -72,10 +72,10 @@ class Writer {
       if (names->clash().empty()) continue;
       return Error{Code::config, names->clash() + " would have one name in PPDDL; rename one of them"};
     }
-    std::string text = "; From NID rules. Noise becomes " +
-                       std::string(dead_end() ? "a dead end" : "no change") + "; it has at most probability " +
-                       number(noise_) + " where a rule covers.\n(define (domain " + Names()(options_.domain) +
-                       ")\n  (:requirements :adl :probabilistic-effects" + (functions_.empty() ? "" : " :fluents") +
+    std::string text = "; From NID rules. Noise becomes " + std::string(dead_end() ? "a dead end" : "no change") +
+                       "; it has at most probability " + number(noise_) + " where a rule covers.\n(define (domain " +
+                       Names()(options_.domain) + ")\n  (:requirements :adl :probabilistic-effects" +
+                       (functions_.empty() ? "" : " :fluents") +
                        (rules_.derived.empty() ? "" : " :derived-predicates") + ")\n";
     if (!constants_.empty()) {
       text += "  (:constants";
@@ -152,7 +152,8 @@ class Writer {
                                      const std::string& mark = "") {
     std::vector<std::string> parts;
     for (std::size_t i = 0; i < variables.size(); ++i) {
-      for (const auto& other : others) parts.push_back("(not (= " + term(variables[i], mark) + " " + term(other) + "))");
+      for (const auto& other : others)
+        parts.push_back("(not (= " + term(variables[i], mark) + " " + term(other) + "))");
       for (std::size_t j = 0; j < i; ++j) {
         parts.push_back("(not (= " + term(variables[i], mark) + " " + term(variables[j], mark) + "))");
       }
@@ -343,7 +344,8 @@ class Writer {
       PRIMO_ASSIGN(const std::string text, outcomes(renamed.rule));
       branches.push_back(text);
       noise_ = std::max(noise_, rule->noise);
-      if (rule->noise > 0) comments += "  ; rule " + std::to_string(branches.size()) + ": noise " + number(rule->noise) + "\n";
+      if (rule->noise > 0)
+        comments += "  ; rule " + std::to_string(branches.size()) + ": noise " + number(rule->noise) + "\n";
     }
     std::string text = comments + "  (:action " + action_names_(action) + "\n    :parameters (" + list(parameters) +
                        ")\n    :precondition " + (dead_end() ? "(not (dead-end))" : "(and)") + "\n    :effect (and";

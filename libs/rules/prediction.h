@@ -19,8 +19,7 @@ using Binding = std::map<std::string, std::string>;
 /// The one way to bind the rule's variables to distinct objects so that its action is `action` and its context holds in
 /// `state` (with what is derived from it); empty when there is none or more than one.
 std::optional<Binding> bind_rule(const Rule& rule, const std::vector<std::string>& objects, const symbols::State& state,
-                                 const symbols::Literal& action,
-                                 const std::vector<symbols::Definition>& derived = {});
+                                 const symbols::Literal& action, const std::vector<symbols::Definition>& derived = {});
 
 /// The rule that alone covers (state, action); nullptr when none or several do: then the action's default rule holds.
 const Rule* covering(const RuleSet& rules, const std::vector<std::string>& objects, const symbols::State& state,

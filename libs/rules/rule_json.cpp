@@ -1,8 +1,8 @@
 // Rules in JSON: {"rules":[{"action":["grasp","X"],"context":[["on","X","Y"],["not","wet"]],
 //   "outcomes":[[0.94,[["inhand","X"],["not","on","X","Y"]]]],"noise":0.06,"counts":[47,3]}],
 //   "default":{"grasp":{"nochange":0.9,"noise":0.1,"counts":[9,1]}}}
-// "derived" lists definitions of predicates, when there are any. The counts are the outcomes' and then the noise's. A rule has "examples" when these differ from the sum of its
-// counts.
+// "derived" lists definitions of predicates, when there are any. The counts are the outcomes' and then the noise's. A
+// rule has "examples" when these differ from the sum of its counts.
 #include <cmath>
 
 #include "rules/rule.h"
@@ -168,7 +168,8 @@ Result<DefaultRule> default_from_json(const Json& json) {
 }
 
 Result<std::vector<symbols::Definition>> derived_from_json(const Json& json) {
-  if (!json.is_array()) return data("\"derived\" must be a list of definitions such as \"clear(X) := not exists Y: on(Y,X)\"");
+  if (!json.is_array())
+    return data("\"derived\" must be a list of definitions such as \"clear(X) := not exists Y: on(Y,X)\"");
   std::vector<symbols::Definition> definitions;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const std::string where = "derived[" + std::to_string(i) + "]";

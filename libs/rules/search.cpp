@@ -187,8 +187,8 @@ std::optional<Search::Candidate> Search::best_neighbour(const Candidate& from, b
   return best;
 }
 
-/// ExplainExamples for the examples that only the default rule covers. Examples that a rule found for others explains are
-/// passed over unless `thorough`: their own rules would most likely be the same.
+/// ExplainExamples for the examples that only the default rule covers. Examples that a rule found for others explains
+/// are passed over unless `thorough`: their own rules would most likely be the same.
 std::set<RuleKey> Search::explanations(const Candidate& from, bool thorough) {
   Bits covered(examples_.scenes().size());
   for (const auto& key : from.rules) covered |= examples_.fit(key).covered;

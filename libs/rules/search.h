@@ -44,8 +44,8 @@ class Search {
   bool exhausted() const { return candidates_ >= examples_.settings().max_candidates; }
 
   ActionExamples& examples_;
-  std::int64_t candidates_ = 0;   // looked at in this climb
-  std::vector<RuleKey> initial_;  // of each example
+  std::int64_t candidates_ = 0;          // looked at in this climb
+  std::vector<RuleKey> initial_;         // of each example
   std::vector<LiftedLiteral> distinct_;  // scratch
   struct Remembered {
     std::vector<std::vector<RuleKey>> rules;

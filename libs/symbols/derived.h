@@ -1,5 +1,5 @@
-// Derived predicates and functions ("concepts"): what follows from a state, by definitions that people write in a file or
-// the learner invents. One definition a line, each of names that the state or an earlier definition has:
+// Derived predicates and functions ("concepts"): what follows from a state, by definitions that people write in a file
+// or the learner invents. One definition a line, each of names that the state or an earlier definition has:
 //
 //   clear(X) := not exists Y: on(Y,X)
 //   above(X,Y) := closure on(X,Y)

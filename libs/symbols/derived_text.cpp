@@ -53,7 +53,9 @@ class Parser {
     at_ += token.size();
     return true;
   }
-  static bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.'; }
+  static bool in_name(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
+  }
   std::string peek_word() {
     space();
     std::size_t end = at_;

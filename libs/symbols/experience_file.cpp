@@ -66,8 +66,8 @@ Result<ExperienceFileSummary> read_experience_file(
     const std::function<Status(Experience&&, const std::string& where)>& use) {
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path)) {
-    return Error{Code::config, "cannot read " + path.string() + ": " +
-                                   (file ? "it is a directory" : std::strerror(errno))};
+    return Error{Code::config,
+                 "cannot read " + path.string() + ": " + (file ? "it is a directory" : std::strerror(errno))};
   }
   return read_experiences(file, path.string(), options, use);
 }

@@ -87,8 +87,8 @@ std::string Literal::text() const {
 
 std::optional<std::int32_t> value_of(const State& state, const std::string& function,
                                      const std::vector<std::string>& arguments) {
-  const auto at = state.lower_bound(
-      {function, arguments, false, Relation::equal, std::numeric_limits<std::int32_t>::min()});
+  const auto at =
+      state.lower_bound({function, arguments, false, Relation::equal, std::numeric_limits<std::int32_t>::min()});
   if (at == state.end() || at->predicate != function || at->arguments != arguments || at->negated ||
       at->relation != Relation::equal) {
     return std::nullopt;

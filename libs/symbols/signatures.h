@@ -11,8 +11,8 @@ namespace primo::symbols {
 class Signatures {
  public:
   /// Notes every name in the experience. Error (data): one is used with another number of arguments, or as a function
-  /// here and a predicate there; `where` says where this one stands. Actions have names of their own. Nothing is noted of
-  /// an experience that is refused.
+  /// here and a predicate there; `where` says where this one stands. Actions have names of their own. Nothing is noted
+  /// of an experience that is refused.
   Status add(const Experience& experience, const std::string& where);
   Status add(const Literal& literal, const std::string& where) { return note(uses_, "", literal, where); }
   Status add_action(const Literal& literal, const std::string& where) {

@@ -1,6 +1,6 @@
 // rule_learner: collects experiences by batch and learns the rules of each batch that has grown, from what it computed
-// before. The rules say which experiences they cover (a digest of the ids), so whoever sent them knows when its batch is
-// complete; and what is new in them.
+// before. The rules say which experiences they cover (a digest of the ids), so whoever sent them knows when its batch
+// is complete; and what is new in them.
 #include <primo_rules.h>
 
 #include <condition_variable>
@@ -91,7 +91,8 @@ void learn(const std::string& name, Batch& batch, service::Context& context) {
   const rules::RuleSet rules = ok ? batch.learner->rules() : rules::RuleSet{};
   const int experiences = static_cast<int>(batch.ids.size());
   batch.message = wire::to_wire(rules, name, batch.action, experiences, digest);
-  wire::add_news({++batch.version, ok ? batch.learner->score() : 0, rules::difference(batch.last, rules)}, batch.message);
+  wire::add_news({++batch.version, ok ? batch.learner->score() : 0, rules::difference(batch.last, rules)},
+                 batch.message);
   batch.message.error(batch.refused);
   batch.last = rules;
   batch.digest = digest;

@@ -1,6 +1,6 @@
-// What learning costs and how far the learned rules are from those that made the data, on the domains of rule_domains.h:
-// total variation distance on held-out (state, action), mean over seeds; score against the true rules' on every training
-// file; CPU time, with distractors, one experience more, and memory at 100 000 experiences.
+// What learning costs and how far the learned rules are from those that made the data, on the domains of
+// rule_domains.h: total variation distance on held-out (state, action), mean over seeds; score against the true rules'
+// on every training file; CPU time, with distractors, one experience more, and memory at 100 000 experiences.
 //
 //   bench_rules [--json] [--seeds 5] [--first-seed 1] [--large]
 #include <sys/resource.h>
@@ -152,7 +152,7 @@ Json large() {
   const double loaded_mib = peak_mib();
   begin = cpu_seconds();
   const auto rules = learn(store, {}).value();
-  return {{"what", "100000 experiences"}, {"load_cpu_s", loaded},           {"load_peak_mib", loaded_mib},
+  return {{"what", "100000 experiences"},         {"load_cpu_s", loaded},   {"load_peak_mib", loaded_mib},
           {"learn_cpu_s", cpu_seconds() - begin}, {"peak_mib", peak_mib()}, {"rules", rules.rules.size()}};
 }
 

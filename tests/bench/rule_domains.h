@@ -74,16 +74,17 @@ inline RuleSet gripper_rules() {
                            .outcomes = {{p_up, lifted_from_block}, {p_falls, falls}, {1 - p_up - p_falls, {}}}});
   };
   const auto from_table = [&](const Literal& wetness, double p_up) {
-    rules.rules.push_back({.action = lit("pickup", {"X"}),
-                           .context = {lit("on", {"X", "T"}), lit("clear", {"X"}), lit("inhand-nil"),
-                                       lit("table", {"T"}), wetness},
-                           .outcomes = {{p_up, lifted}, {1 - p_up, {}}}});
+    rules.rules.push_back(
+        {.action = lit("pickup", {"X"}),
+         .context = {lit("on", {"X", "T"}), lit("clear", {"X"}), lit("inhand-nil"), lit("table", {"T"}), wetness},
+         .outcomes = {{p_up, lifted}, {1 - p_up, {}}}});
   };
   from_block(dry, 0.7, 0.2);
   from_block(wet, 0.33, 0.33);
   from_table(dry, 0.8);
   from_table(wet, 0.5);
-  const std::vector<Literal> dropped{lit("on", {"X", "T"}), no("inhand", {"X"}), lit("clear", {"X"}), lit("inhand-nil")};
+  const std::vector<Literal> dropped{lit("on", {"X", "T"}), no("inhand", {"X"}), lit("clear", {"X"}),
+                                     lit("inhand-nil")};
   rules.rules.push_back({.action = lit("puton", {"Y"}),
                          .context = {lit("clear", {"Y"}), lit("inhand", {"X"}), lit("table", {"T"})},
                          .outcomes = {{0.7,
@@ -157,14 +158,14 @@ inline RuleSet trucks_rules() {
   rules.rules.push_back({.action = lit("unload", {"O", "T"}),
                          .context = {lit("in", {"O", "T"}), at("T", "L")},
                          .outcomes = {{0.9, {at("O", "L"), no("in", {"O", "T"})}}, {0.1, {}}}});
-  rules.rules.push_back({.action = lit("board", {"D", "T"}),
-                         .context = {at("T", "L"), at("D", "L"), lit("driver", {"D"}), lit("truck", {"T"}),
-                                     lit("empty", {"T"})},
-                         .outcomes = {{0.9, {lit("driving", {"D", "T"}), not_at("D", "L"), no("empty", {"T"})}},
-                                      {0.1, {}}}});
-  rules.rules.push_back({.action = lit("disembark", {"D", "T"}),
-                         .context = {lit("driving", {"D", "T"}), at("T", "L")},
-                         .outcomes = {{0.9, {at("D", "L"), lit("empty", {"T"}), no("driving", {"D", "T"})}}, {0.1, {}}}});
+  rules.rules.push_back(
+      {.action = lit("board", {"D", "T"}),
+       .context = {at("T", "L"), at("D", "L"), lit("driver", {"D"}), lit("truck", {"T"}), lit("empty", {"T"})},
+       .outcomes = {{0.9, {lit("driving", {"D", "T"}), not_at("D", "L"), no("empty", {"T"})}}, {0.1, {}}}});
+  rules.rules.push_back(
+      {.action = lit("disembark", {"D", "T"}),
+       .context = {lit("driving", {"D", "T"}), at("T", "L")},
+       .outcomes = {{0.9, {at("D", "L"), lit("empty", {"T"}), no("driving", {"D", "T"})}}, {0.1, {}}}});
   rules.rules.push_back({.action = lit("drive", {"T", "M", "D"}),
                          .context = {lit("driving", {"D", "T"}), at("T", "L"), lit("road", {"L", "M"})},
                          .outcomes = {{0.9, {at("T", "M"), not_at("T", "L")}}, {0.1, {}}}});
@@ -243,11 +244,12 @@ inline RuleSet coins_rules() {
     for (const char* coin : {"A", "B", "C", "D"}) literals.push_back({"heads", {coin}, !heads});
     return literals;
   };
-  rules.rules = {
-      {.action = lit("flip-coupled", {"A", "B", "C", "D"}), .context = {}, .outcomes = {{0.5, all(true)}, {0.5, all(false)}}},
-      {.action = lit("flip", {"X"}),
-       .context = {},
-       .outcomes = {{0.5, {lit("heads", {"X"})}}, {0.5, {no("heads", {"X"})}}}}};
+  rules.rules = {{.action = lit("flip-coupled", {"A", "B", "C", "D"}),
+                  .context = {},
+                  .outcomes = {{0.5, all(true)}, {0.5, all(false)}}},
+                 {.action = lit("flip", {"X"}),
+                  .context = {},
+                  .outcomes = {{0.5, {lit("heads", {"X"})}}, {0.5, {no("heads", {"X"})}}}}};
   add_defaults(rules);
   return rules;
 }

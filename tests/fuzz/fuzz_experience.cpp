@@ -1,5 +1,5 @@
-// Experiences from anywhere: a file's lines are read or refused with file, line and reason; what was read is written and
-// read the same, and can be learned from.
+// Experiences from anywhere: a file's lines are read or refused with file, line and reason; what was read is written
+// and read the same, and can be learned from.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

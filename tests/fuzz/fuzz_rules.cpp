@@ -1,5 +1,5 @@
-// Rules and definitions of derived predicates from anywhere: read or refused with a reason; what was read is written and
-// read the same.
+// Rules and definitions of derived predicates from anywhere: read or refused with a reason; what was read is written
+// and read the same.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

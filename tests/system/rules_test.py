@@ -272,7 +272,7 @@ class RulesCommandLine(unittest.TestCase):
         self.assertIn("0.1", err)
         domain = Domain(text)
         rng = random.Random(5)
-        situations = [draw_situation(rng) for _ in range(300)]
+        situations = [draw_situation(rng) for _ in range(600)]
         data = self.file("s.jsonl", "\n".join(map(json.dumps, situations)))
         out, _ = self.run_primo("predict", "--rules", rules, "--experiences", data)
         changed = 0

@@ -42,11 +42,11 @@ Result<rules::RuleSet> learned(const Options& options, const rules::Background& 
     return rules::learn_inventing(all, options.learner, background);
   }
   rules::ExperienceStore store(background);
-  PRIMO_TRY(read_all(options.experiences, options.skip_bad,
-                     [&](Experience&& experience, const std::string& where) -> Status {
-                       PRIMO_TRY(store.add(experience, where));
-                       return success();
-                     }));
+  PRIMO_TRY(
+      read_all(options.experiences, options.skip_bad, [&](Experience&& experience, const std::string& where) -> Status {
+        PRIMO_TRY(store.add(experience, where));
+        return success();
+      }));
   if (store.size() == 0) std::cerr << "primo: no experience was read; without any there are no rules\n";
   return rules::learn(store, options.learner);
 }
@@ -125,11 +125,14 @@ void add_learn(CLI::App& rules, int& exit) {
   add_score_options(*verb, *options);
   verb->add_option("--out", options->output, "write the rules to this file as JSON");
   verb->add_option("--seed", options->seed, "accepted; the search draws nothing at random, so all seeds give the same");
-  verb->add_option("--derived", options->derived, "definitions of derived predicates, such as clear(X) := not exists Y: on(Y,X)");
-  verb->add_option("--constants", options->constants, "objects that are the same in all experiences and that rules may name")
+  verb->add_option("--derived", options->derived,
+                   "definitions of derived predicates, such as clear(X) := not exists Y: on(Y,X)");
+  verb->add_option("--constants", options->constants,
+                   "objects that are the same in all experiences and that rules may name")
       ->delimiter(',');
   verb->add_flag("--invent", options->invent, "invent derived predicates where they make the rules score better");
-  verb->add_option("--caution", options->learner.caution, "what each different context literal must earn beyond alpha, nats")
+  verb->add_option("--caution", options->learner.caution,
+                   "what each different context literal must earn beyond alpha, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   verb->add_option("--max-references", options->learner.max_references, "deictic variables a rule")
@@ -179,7 +182,8 @@ Status read_all_for(const rules::RuleSet& rules, const std::vector<std::string>&
 }
 
 void add_rules(CLI::App& app, int& exit) {
-  auto* rules = app.add_subcommand("rules", "NID rules: learn them from experiences, ask them, show them, plan with them");
+  auto* rules =
+      app.add_subcommand("rules", "NID rules: learn them from experiences, ask them, show them, plan with them");
   rules->require_subcommand(1);
   add_learn(*rules, exit);
 

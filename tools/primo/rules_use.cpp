@@ -58,7 +58,8 @@ Status export_rules(const Options& options) {
 /// "on(a,b) and not wet": a conjunction of literals.
 Result<std::vector<symbols::Literal>> read_goal(const std::string& text) {
   const auto goal = symbols::definition_from_text("goal := " + text);
-  if (!goal.ok()) return Error{Code::usage, "--goal: " + goal.error().message + "; a goal is such as on(a,b) and not wet"};
+  if (!goal.ok())
+    return Error{Code::usage, "--goal: " + goal.error().message + "; a goal is such as on(a,b) and not wet"};
   std::vector<symbols::Formula> parts{goal->body};
   if (goal->body.kind == symbols::Formula::Kind::conjunction && !goal->body.negated) parts = goal->body.parts;
   std::vector<symbols::Literal> literals;
@@ -76,7 +77,8 @@ void print(const rules::Plan& plan, const Options& options) {
   if (options.json) {
     Json steps = Json::array();
     for (const auto& step : plan.steps) steps.push_back({{"action", literal_to_json(step.action)}, {"p", step.p}});
-    std::cout << symbols::dump({{"method", options.method}, {"success", plan.success}, {"steps", std::move(steps)}}) << "\n";
+    std::cout << symbols::dump({{"method", options.method}, {"success", plan.success}, {"steps", std::move(steps)}})
+              << "\n";
     return;
   }
   for (std::size_t i = 0; i < plan.steps.size(); ++i) {
@@ -101,10 +103,11 @@ Status plan(const Options& options) {
 Status diagnose(const Options& options) {
   PRIMO_ASSIGN(const auto rules, read_rules(options.rules));
   std::vector<symbols::Experience> experiences;
-  PRIMO_TRY(read_all_for(rules, options.experiences, options.skip_bad, [&](symbols::Experience&& e, const std::string&) {
-    experiences.push_back(std::move(e));
-    return success();
-  }));
+  PRIMO_TRY(
+      read_all_for(rules, options.experiences, options.skip_bad, [&](symbols::Experience&& e, const std::string&) {
+        experiences.push_back(std::move(e));
+        return success();
+      }));
   const auto diagnosis = rules::diagnose(rules, experiences);
   Json list = Json::array(), defaults = Json::object();
   for (const auto& entry : diagnosis.rules) {
@@ -164,7 +167,9 @@ void add_rules_use(CLI::App& rules, int& exit) {
   plan_verb->add_option("--method", options->method, "uct or replan")
       ->check(CLI::IsMember({"uct", "replan"}))
       ->capture_default_str();
-  plan_verb->add_option("--horizon", options->horizon, "actions at most")->check(CLI::Range(1, 1000))->capture_default_str();
+  plan_verb->add_option("--horizon", options->horizon, "actions at most")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   plan_verb->add_option("--simulations", options->plan.simulations, "of uct, from the start")
       ->check(CLI::Range(1, 10000000))
       ->capture_default_str();

@@ -24,7 +24,8 @@ Literal value(std::string function, std::vector<std::string> arguments, int v, R
 std::set<Literal> as_set(const std::vector<Literal>& literals) { return {literals.begin(), literals.end()}; }
 
 Experience experience(std::uint64_t i, std::vector<std::string> objects, Literal action) {
-  return {.id = std::to_string(i), .objects = std::move(objects), .before = {}, .action = std::move(action), .after = {}};
+  return {
+      .id = std::to_string(i), .objects = std::move(objects), .before = {}, .action = std::move(action), .after = {}};
 }
 
 TEST(Functions, a_range_is_found_by_generalizing_and_moving_its_bound) {
@@ -56,7 +57,8 @@ TEST(Functions, an_outcome_gives_a_new_value_and_overlaps_where_it_is_the_old_on
     e.after = {value("level", {"a"}, i % 8 == 0 ? before : 3)};
     data.push_back(e);
   }
-  // Not full: i even, 40 of them, of which those with i mod 8 = 0 (10) stay, whatever their level: p(level = 3) = 30/40.
+  // Not full: i even, 40 of them, of which those with i mod 8 = 0 (10) stay, whatever their level: p(level = 3) =
+  // 30/40.
   const auto rules = learn(data).value();
   ASSERT_EQ(rules.rules.size(), 1u) << to_text(rules);
   ASSERT_EQ(rules.rules[0].outcomes.size(), 2u) << to_text(rules);
@@ -138,7 +140,8 @@ TEST(Constants, a_rule_may_name_an_object_that_is_always_the_same) {
   std::vector<Experience> data;
   for (std::uint64_t i = 0; i < 60; ++i) {
     Random random(4, "doors", {i});
-    auto e = experience(i, {"red", "blue", "green"}, lit("open", {std::array{"red", "blue", "green"}[random.below(3)]}));
+    auto e =
+        experience(i, {"red", "blue", "green"}, lit("open", {std::array{"red", "blue", "green"}[random.below(3)]}));
     if (e.action.arguments[0] == "red") e.after.insert(lit("open", {"red"}));
     data.push_back(e);
   }

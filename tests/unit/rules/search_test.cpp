@@ -78,7 +78,8 @@ double best_single_rule(const std::vector<Experience>& data) {
       return k > 0 ? static_cast<double>(k) * std::log(static_cast<double>(k) / static_cast<double>(of)) : 0.0;
     };
     double value = share(done, n) + share(same, n) + share(rest_same, rest) + share(rest - rest_same, rest) +
-                   static_cast<double>(rest - rest_same) * std::log(1e-8) - 0.5 * static_cast<double>(context.size() + 1);
+                   static_cast<double>(rest - rest_same) * std::log(1e-8) -
+                   0.5 * static_cast<double>(context.size() + 1);
     best = std::max(best, value);
   };
   for (std::size_t a = 0; a < universe.size(); ++a) {

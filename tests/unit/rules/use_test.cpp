@@ -19,7 +19,8 @@ using symbols::State;
 
 TEST(Sample, draws_successors_and_noise_as_often_as_predicted) {
   RuleSet rules;
-  rules.rules = {{.action = lit("go"), .context = {}, .outcomes = {{0.5, {lit("a")}}, {0.3, {lit("b")}}}, .noise = 0.2}};
+  rules.rules = {
+      {.action = lit("go"), .context = {}, .outcomes = {{0.5, {lit("a")}}, {0.3, {lit("b")}}}, .noise = 0.2}};
   const auto prediction = predict(rules, {}, {}, lit("go"));
   std::map<State, int> drawn;
   int noise = 0;
@@ -33,7 +34,9 @@ TEST(Sample, draws_successors_and_noise_as_often_as_predicted) {
     }
   }
   // Four standard deviations.
-  const auto near = [](int count, double p) { return std::abs(count - kDraws * p) < 4 * std::sqrt(kDraws * p * (1 - p)); };
+  const auto near = [](int count, double p) {
+    return std::abs(count - kDraws * p) < 4 * std::sqrt(kDraws * p * (1 - p));
+  };
   EXPECT_TRUE(near(drawn[{lit("a")}], 0.5));
   EXPECT_TRUE(near(drawn[{lit("b")}], 0.3));
   EXPECT_TRUE(near(noise, 0.2));
@@ -43,7 +46,8 @@ TEST(Sample, draws_successors_and_noise_as_often_as_predicted) {
 std::vector<Experience> mixed() {
   std::vector<Experience> data;
   for (int i = 0; i < 40; ++i) {
-    Experience e{.id = "e" + std::to_string(i), .objects = {"a", "b"}, .before = {}, .action = lit("grasp", {"a"}), .after = {}};
+    Experience e{
+        .id = "e" + std::to_string(i), .objects = {"a", "b"}, .before = {}, .action = lit("grasp", {"a"}), .after = {}};
     const bool heavy = i < 10;
     e.before = {lit("on", {"a", "b"})};
     if (i % 2) e.before.insert(lit("red", {"a"}));
@@ -105,7 +109,10 @@ TEST(Difference, tells_added_removed_and_changed_rules) {
 RuleSet light() {
   RuleSet rules;
   rules.rules = {
-      {.action = lit("press"), .context = {no("wound"), no("on")}, .outcomes = {{0.6, {lit("on")}}, {0.1, {}}}, .noise = 0.3},
+      {.action = lit("press"),
+       .context = {no("wound"), no("on")},
+       .outcomes = {{0.6, {lit("on")}}, {0.1, {}}},
+       .noise = 0.3},
       {.action = lit("press"), .context = {lit("wound"), no("on")}, .outcomes = {{0.9, {lit("on")}}}, .noise = 0.1},
       {.action = lit("wind"), .context = {no("wound")}, .outcomes = {{1, {lit("wound")}}}, .noise = 0}};
   return rules;
@@ -131,7 +138,8 @@ TEST(Plan, winds_first_where_there_is_time) {
 
 TEST(Plan, success_counts_new_attempts_and_noise_as_failure) {
   RuleSet rules;
-  rules.rules = {{.action = lit("try"), .context = {no("done")}, .outcomes = {{0.5, {lit("done")}}, {0.3, {}}}, .noise = 0.2}};
+  rules.rules = {
+      {.action = lit("try"), .context = {no("done")}, .outcomes = {{0.5, {lit("done")}}, {0.3, {}}}, .noise = 0.2}};
   const PlanProblem problem{.objects = {}, .state = {}, .goal = {lit("done")}, .horizon = 3};
   const double expected = 0.5 * (1 + 0.3 + 0.3 * 0.3);  // a geometric series
   EXPECT_NEAR(*best_success(rules, problem), expected, 1e-12);

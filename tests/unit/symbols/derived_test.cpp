@@ -22,14 +22,18 @@ const std::vector<std::string> kObjects{"a", "b", "c", "d", "t"};
 const State kBlocks{{"on", {"a", "b"}}, {"on", {"b", "c"}}, {"on", {"c", "t"}}, {"on", {"d", "t"}}, {"table", {"t"}}};
 
 TEST(Derive, gives_what_the_paper_reinvents_of_the_blocks_world) {
-  EXPECT_EQ(derived("clear(X) := not exists Y: on(Y,X)", kObjects, kBlocks), (State{{"clear", {"a"}}, {"clear", {"d"}}}));
+  EXPECT_EQ(derived("clear(X) := not exists Y: on(Y,X)", kObjects, kBlocks),
+            (State{{"clear", {"a"}}, {"clear", {"d"}}}));
   EXPECT_EQ(derived("handempty := not exists X: inhand(X)", kObjects, kBlocks), (State{{"handempty", {}}}));
-  EXPECT_EQ(derived("above(X,Y) := closure on(X,Y)", kObjects, kBlocks),
-            (State{{"above", {"a", "b"}}, {"above", {"a", "c"}}, {"above", {"a", "t"}}, {"above", {"b", "c"}},
-                   {"above", {"b", "t"}}, {"above", {"c", "t"}}, {"above", {"d", "t"}}}));
+  EXPECT_EQ(derived("above(X,Y) := closure on(X,Y)", kObjects, kBlocks), (State{{"above", {"a", "b"}},
+                                                                                {"above", {"a", "c"}},
+                                                                                {"above", {"a", "t"}},
+                                                                                {"above", {"b", "c"}},
+                                                                                {"above", {"b", "t"}},
+                                                                                {"above", {"c", "t"}},
+                                                                                {"above", {"d", "t"}}}));
   const State heights = derived("above(X,Y) := closure on(X,Y)\nheight(X) := count Y: above(X,Y)", kObjects, kBlocks);
-  for (const auto& [object, height] :
-       std::map<std::string, int>{{"a", 3}, {"b", 2}, {"c", 1}, {"d", 1}, {"t", 0}}) {
+  for (const auto& [object, height] : std::map<std::string, int>{{"a", 3}, {"b", 2}, {"c", 1}, {"d", 1}, {"t", 0}}) {
     EXPECT_TRUE(heights.contains(number("height", {object}, height))) << object;
   }
   const State tops = derived(

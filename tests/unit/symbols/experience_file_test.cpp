@@ -44,7 +44,8 @@ TEST(ExperienceFile, refuses_a_predicate_with_another_number_of_arguments) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().message, "file:2: on has 1 argument, but 2 in file:1");
   const std::string action = R"({"objects":["c"],"s":[],"a":["grasp"],"s2":[]})";
-  EXPECT_EQ(read(kGood + "\n" + action, false).error().message, "file:2: the action grasp has 0 arguments, but 1 in file:1");
+  EXPECT_EQ(read(kGood + "\n" + action, false).error().message,
+            "file:2: the action grasp has 0 arguments, but 1 in file:1");
   const std::string value = R"({"objects":["c","t"],"s":[["on","c","t",3]],"a":["grasp","c"],"s2":[]})";
   EXPECT_EQ(read(kGood + "\n" + value, false).error().message, "file:2: on has a value, other than in file:1");
   // A skipped line leaves no mark: wet was only in it.
@@ -53,7 +54,8 @@ TEST(ExperienceFile, refuses_a_predicate_with_another_number_of_arguments) {
 }
 
 TEST(Fluent, values_and_ranges_are_read_and_written) {
-  const std::string line = R"({"objects":["c"],"s":[["size","c",3],["hours",-2]],"a":["grow","c"],"s2":[["hours",-2],["size","c",4]]})";
+  const std::string line =
+      R"({"objects":["c"],"s":[["size","c",3],["hours",-2]],"a":["grow","c"],"s2":[["hours",-2],["size","c",4]]})";
   const auto read = experience_from_json(line);
   ASSERT_TRUE(read.ok()) << read.error().message;
   EXPECT_EQ(value_of(read->before, "size", {"c"}), 3);
