@@ -177,10 +177,18 @@ void add_references(ActionExamples& examples, const RuleKey& key, Replacements& 
     literal.negated = true;
     return literal;
   };
+  // A literal that says nothing of other variables seldom singles an object out, and two of them not much more often:
+  // where there are many, only pairs are tried in which one links the new variable to the rule.
+  constexpr std::size_t kFew = 16;
+  std::vector<bool> links(literals.size(), literals.size() <= kFew);
+  for (std::size_t a = 0; a < literals.size(); ++a) {
+    for (int v = 0; v < key.variables; ++v) links[a] = links[a] || mentions(literals[a], v);
+  }
   for (std::size_t a = 0; a < literals.size(); ++a) {
     found.insert({with(key, {literals[a]}, variables)});
     if (known.nameless()) found.insert({with(key, {negation(literals[a])}, variables)});
     for (std::size_t b = 0; b < literals.size(); ++b) {
+      if (!links[a] && !links[b]) continue;
       if (b > a && known.both(a, b)) found.insert({with(key, {literals[a], literals[b]}, variables)});
       if (b == a || !known.first_without_second(a, b)) continue;
       found.insert({with(key, {literals[a], negation(literals[b])}, variables)});
