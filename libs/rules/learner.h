@@ -12,10 +12,9 @@
 namespace primo::rules {
 
 struct LearnerSettings {
-  double alpha = 0.5;   ///< nats a literal costs
-  double p_min = 1e-8;  ///< probability a noise outcome gives to a state
-  double caution =
-      1.5;  ///< nats that each different context literal must earn beyond alpha in the search (decision 0304)
+  double alpha = 0.5;            ///< nats a literal costs
+  double p_min = 1e-8;           ///< probability a noise outcome gives to a state
+  double caution = 1;            ///< nats that each different context literal must earn beyond alpha (decision 0304)
   int max_references = 3;        ///< deictic variables a rule
   int max_steps = 10000;         ///< accepted changes of the rule set, for each action
   int max_candidates = 1000000;  ///< sets of rules looked at, for each action; then the best so far is returned
