@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "rules/experience_store.h"
 #include "rules/rule.h"
 
 namespace primo::rules {
@@ -13,32 +14,45 @@ namespace primo::rules {
 struct LearnerSettings {
   double alpha = 0.5;            ///< nats a literal costs
   double p_min = 1e-8;           ///< probability a noise outcome gives to a state
+  double caution = 1;            ///< nats that each different context literal must earn beyond alpha (decision 0304)
   int max_references = 3;        ///< deictic variables a rule
   int max_steps = 10000;         ///< accepted changes of the rule set, for each action
-  int max_evaluations = 200000;  ///< candidate rules fitted, for each action; then the best set so far is returned
+  int max_candidates = 1000000;  ///< sets of rules looked at, for each action; then the best so far is returned
+  int look_ahead = 20;           ///< worse neighbours of a local optimum from which the search goes on
   template <class V>
   void visit(V&& v) {
     v("alpha", alpha, {.help = "penalty of a literal", .unit = "nats", .min = 0, .max = 1e6});
     v("p_min", p_min, {.help = "probability that noise gives to a state", .min = 1e-300, .max = 0.1});
+    v("caution", caution,
+      {.help = "what a context literal must earn beyond alpha", .unit = "nats", .min = 0, .max = 1e6});
     v("max_references", max_references, {.help = "deictic variables a rule", .min = 0, .max = 6});
     v("max_steps", max_steps, {.help = "accepted changes of the rule set for each action", .min = 1, .max = 1e9});
-    v("max_evaluations", max_evaluations, {.help = "candidate rules fitted for each action", .min = 1, .max = 1e9});
+    v("max_candidates", max_candidates, {.help = "sets of rules looked at for each action", .min = 1, .max = 1e9});
+    v("look_ahead", look_ahead,
+      {.help = "worse neighbours of a local optimum from which the search goes on", .min = 0, .max = 1e4});
   }
 };
 
 /// The rules of every action in `experiences`. They do not depend on the order of the experiences or on the names of
-/// objects. Experiences with the same non-empty id count once. No experiences: no rules. Errors (data): an ill-formed
-/// experience, one id with two contents, a literal with too many arguments; settings out of range (config).
-Result<RuleSet> learn(const std::vector<symbols::Experience>& experiences, const LearnerSettings& settings = {});
-
-/// S(R) of `rules` on `experiences` (nats), with the probabilities that the rules state. An action without a default
-/// rule is scored as if one said p(noise) = 1.
-double score(const RuleSet& rules, const std::vector<symbols::Experience>& experiences,
-             const LearnerSettings& settings = {});
+/// objects (other than the background's constants). Experiences with the same non-empty id count once. No experiences:
+/// no rules. Errors (data): an ill-formed experience, one id with two contents, a predicate with two arities, a
+/// definition that uses a later one; settings out of range (config).
+Result<RuleSet> learn(const std::vector<symbols::Experience>& experiences, const LearnerSettings& settings = {},
+                      const Background& background = {});
+/// The same of a store, whose predicates are sorted.
+Result<RuleSet> learn(ExperienceStore& store, const LearnerSettings& settings = {});
 
 /// The positive literals over the rule's variables that held in every experience the rule covers and are not in its
 /// context. The data say nothing about what happens without them, so the learner leaves them out; a printed rule may
 /// list them beside.
 std::vector<symbols::Literal> untested_context(const Rule& rule, const std::vector<symbols::Experience>& experiences);
+
+class ActionExamples;
+struct RuleKey;
+/// Adds the action's rules and its default rule to `rules`, with their parameters; their S(R).
+double add_rules(const ExperienceStore& store, const std::string& action, ActionExamples& examples,
+                 const std::vector<RuleKey>& keys, RuleSet& rules);
+/// Error (config): a setting is out of its range.
+Status check(const LearnerSettings& settings);
 
 }  // namespace primo::rules

@@ -2,61 +2,148 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 
 namespace primo::rules {
 namespace {
 
 constexpr double kImprovement = 1e-9;
 
-using Replacements = std::set<std::vector<RuleKey>>;
 using Binding = std::vector<std::int16_t>;
 
-/// The atoms over bound objects only, with the objects replaced by their variables.
-std::vector<LiftedLiteral> lifted_atoms(const Scene& scene, const Binding& bound) {
-  std::vector<LiftedLiteral> lifted;
-  for (const auto& atom : scene.before) {
-    LiftedLiteral literal{atom, false};
-    bool inside = true;
-    for (std::size_t i = 1; i < atom.size() && atom[i] != -1 && inside; ++i) {
-      const auto at = std::find(bound.begin(), bound.end(), atom[i]);
-      inside = at != bound.end();
-      literal.atom[i] = static_cast<std::int16_t>(at - bound.begin());
-    }
-    if (inside) lifted.push_back(literal);
-  }
-  std::sort(lifted.begin(), lifted.end());
-  return lifted;
-}
+bool is_bound(const Binding& bound, int object) { return std::find(bound.begin(), bound.end(), object) != bound.end(); }
 
-bool mentions(const LiftedLiteral& literal, int variable) {
-  return std::find(literal.atom.begin() + 1, literal.atom.end(), variable) != literal.atom.end();
+/// Replaces objects by variables and constants; false when one is neither.
+bool lift(const Scene& scene, const Binding& bound, Atom& atom) {
+  for (auto& term : terms(atom)) {
+    if (const auto at = std::find(bound.begin(), bound.end(), term); at != bound.end()) {
+      term = static_cast<std::int16_t>(at - bound.begin());
+    } else if (const auto k = std::find(scene.constants.begin(), scene.constants.end(), term);
+               k != scene.constants.end()) {
+      term = constant(static_cast<int>(k - scene.constants.begin()));
+    } else {
+      return false;
+    }
+  }
+  return true;
 }
 
 /// All that holds of an object beside the bound ones: the literals that mention it, as the variable after the bound
 /// ones.
 std::vector<LiftedLiteral> description(const Scene& scene, Binding bound, std::int16_t object) {
   bound.push_back(object);
-  auto literals = lifted_atoms(scene, bound);
+  auto literals = lifted_literals(scene, bound);
   std::erase_if(literals,
                 [&](const LiftedLiteral& literal) { return !mentions(literal, static_cast<int>(bound.size()) - 1); });
   return literals;
 }
 
-bool is_bound(const Binding& bound, int object) { return std::find(bound.begin(), bound.end(), object) != bound.end(); }
-
 /// Whether no other object fits the description.
 bool singles_out(const Scene& scene, const Binding& bound, const std::vector<LiftedLiteral>& literals) {
   int fitting = 0;
+  Binding extended = bound;
+  extended.push_back(-1);
   for (int object = 0; object < scene.objects && fitting < 2; ++object) {
     if (is_bound(bound, object)) continue;
-    Binding extended = bound;
-    extended.push_back(static_cast<std::int16_t>(object));
-    fitting += std::all_of(literals.begin(), literals.end(), [&](const LiftedLiteral& literal) {
-      return contains(scene.before, instantiate(literal.atom, extended));
-    });
+    extended.back() = static_cast<std::int16_t>(object);
+    fitting += std::all_of(literals.begin(), literals.end(),
+                           [&](const LiftedLiteral& literal) { return holds(scene, literal, extended); });
   }
   return fitting == 1;
+}
+
+std::set<std::int16_t> changed_objects(const Scene& scene) {
+  std::set<std::int16_t> changed;
+  for (const auto& change : scene.changes) {
+    for (const auto term : terms(change.atom)) changed.insert(term);
+  }
+  return changed;
+}
+
+/// A new variable's literals that occur, and which of them occur together.
+class Descriptions {
+ public:
+  Descriptions(ActionExamples& examples, const RuleKey& key) {
+    const Covered covered = examples.cover(key);
+    std::vector<std::vector<int>> all;
+    for (std::size_t i = 0; i < covered.size(); ++i) {
+      const Scene& scene = examples.scenes()[covered.examples[i]];
+      const Binding binding(covered.binding(i), covered.binding(i) + key.variables);
+      for (const auto& one : described(scene, binding)) all.push_back(numbers(one));
+      for (const auto object : changed_objects(scene)) {
+        nameless_ = nameless_ || (!is_bound(binding, object) && description(scene, binding, object).empty());
+      }
+    }
+    together_.assign(literals_.size(), std::vector<int>(literals_.size()));
+    for (const auto& one : all) {
+      for (const int a : one) {
+        for (const int b : one) ++together_[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+      }
+    }
+  }
+
+  const std::vector<LiftedLiteral>& literals() const { return literals_; }
+  bool both(std::size_t a, std::size_t b) const { return together_[a][b] > 0; }
+  bool first_without_second(std::size_t a, std::size_t b) const { return together_[a][b] < together_[a][a]; }
+  /// An object changes of which nothing holds before.
+  bool nameless() const { return nameless_; }
+
+ private:
+  /// The descriptions of all objects that are not bound; one pass over the scene's literals for all of them.
+  static std::map<std::int16_t, std::vector<LiftedLiteral>> described(const Scene& scene, const Binding& binding) {
+    std::map<std::int16_t, std::vector<LiftedLiteral>> found;
+    const auto look_at = [&](const LiftedLiteral& ground) {
+      std::vector<std::int16_t> open;
+      for (const auto term : terms(ground.atom)) {
+        if (!is_bound(binding, term) && !is_bound(open, term)) open.push_back(term);
+      }
+      for (const auto object : open) {
+        Binding extended = binding;
+        extended.push_back(object);
+        LiftedLiteral literal = ground;
+        if (lift(scene, extended, literal.atom)) found[object].push_back(literal);
+      }
+    };
+    for (const auto& atom : scene.before) look_at({.atom = atom});
+    for (const auto& [atom, value] : scene.values) {
+      look_at({.atom = atom, .relation = Relation::equal, .negated = false, .value = value});
+    }
+    return found;
+  }
+  std::vector<int> numbers(const std::pair<const std::int16_t, std::vector<LiftedLiteral>>& one) {
+    std::vector<int> result;
+    for (const auto& literal : one.second) {
+      const auto [at, fresh] = index_.try_emplace(literal, static_cast<int>(literals_.size()));
+      if (fresh) literals_.push_back(literal);
+      result.push_back(at->second);
+    }
+    return result;
+  }
+
+  std::vector<LiftedLiteral> literals_;
+  std::map<LiftedLiteral, int> index_;
+  std::vector<std::vector<int>> together_;
+  bool nameless_ = false;
+};
+
+}  // namespace
+
+std::vector<LiftedLiteral> lifted_literals(const Scene& scene, const std::vector<std::int16_t>& bound) {
+  std::vector<LiftedLiteral> lifted;
+  for (const auto& atom : scene.before) {
+    LiftedLiteral literal{.atom = atom};
+    if (lift(scene, bound, literal.atom)) lifted.push_back(literal);
+  }
+  for (const auto& [atom, value] : scene.values) {
+    LiftedLiteral literal{.atom = atom, .relation = Relation::equal, .negated = false, .value = value};
+    if (lift(scene, bound, literal.atom)) lifted.push_back(literal);
+  }
+  std::sort(lifted.begin(), lifted.end());
+  return lifted;
+}
+
+bool mentions(const LiftedLiteral& literal, int variable) {
+  const auto all = terms(literal.atom);
+  return std::find(all.begin(), all.end(), variable) != all.end();
 }
 
 RuleKey with(const RuleKey& key, std::initializer_list<LiftedLiteral> literals, int variables) {
@@ -81,59 +168,36 @@ void drop(const RuleKey& key, Replacements& found) {
   }
 }
 
-/// Literals over the rule's variables that hold in some covered example.
-void add_literals(ActionExamples& examples, const RuleKey& key, Replacements& found) {
-  std::set<LiftedLiteral> known;
-  Binding binding;
-  for (std::size_t i = 0; i < examples.scenes().size(); ++i) {
-    if (!examples.fit(key).covered.test(i) || !examples.bind_scene(key, i, binding)) continue;
-    for (const auto& literal : lifted_atoms(examples.scenes()[i], binding)) known.insert(literal);
-  }
-  for (auto literal : known) {
-    const auto same_atom = [&](const LiftedLiteral& other) { return other.atom == literal.atom; };
-    if (std::any_of(key.context.begin(), key.context.end(), same_atom)) continue;
-    RuleKey positive = with(key, {literal}, key.variables);
-    literal.negated = true;
-    RuleKey negative = with(key, {literal}, key.variables);
-    found.insert({positive});
-    found.insert({negative});
-    if (negative < positive) std::swap(positive, negative);
-    found.insert({std::move(positive), std::move(negative)});
-  }
-}
-
 void add_references(ActionExamples& examples, const RuleKey& key, Replacements& found) {
   if (key.references() >= examples.settings().max_references) return;
-  std::set<std::vector<LiftedLiteral>> descriptions;
-  std::set<LiftedLiteral> known;
-  Binding binding;
-  for (std::size_t i = 0; i < examples.scenes().size(); ++i) {
-    if (!examples.fit(key).covered.test(i) || !examples.bind_scene(key, i, binding)) continue;
-    const Scene& scene = examples.scenes()[i];
-    for (int object = 0; object < scene.objects; ++object) {
-      if (is_bound(binding, object)) continue;
-      auto literals = description(scene, binding, static_cast<std::int16_t>(object));
-      known.insert(literals.begin(), literals.end());
-      descriptions.insert(std::move(literals));
-    }
-  }
+  const Descriptions known(examples, key);
+  const auto& literals = known.literals();
   const int variables = key.variables + 1;
-  for (const auto& literals : descriptions) {
-    for (std::size_t a = 0; a < literals.size(); ++a) {
-      found.insert({with(key, {literals[a]}, variables)});
-      for (std::size_t b = a + 1; b < literals.size(); ++b) {
-        found.insert({with(key, {literals[a], literals[b]}, variables)});
-      }
-      for (auto absent : known) {
-        if (std::binary_search(literals.begin(), literals.end(), absent)) continue;
-        absent.negated = true;
-        found.insert({with(key, {literals[a], absent}, variables)});
+  const auto negation = [](LiftedLiteral literal) {
+    literal.negated = true;
+    return literal;
+  };
+  // A literal that says nothing of other variables seldom singles an object out, and two of them not much more often:
+  // where there are many, only pairs are tried in which one links the new variable to the rule.
+  constexpr std::size_t kFew = 16;
+  std::vector<bool> links(literals.size(), literals.size() <= kFew);
+  for (std::size_t a = 0; a < literals.size(); ++a) {
+    for (int v = 0; v < key.variables; ++v) links[a] = links[a] || mentions(literals[a], v);
+  }
+  for (std::size_t a = 0; a < literals.size(); ++a) {
+    found.insert({with(key, {literals[a]}, variables)});
+    if (known.nameless()) found.insert({with(key, {negation(literals[a])}, variables)});
+    for (std::size_t b = 0; b < literals.size(); ++b) {
+      if (!links[a] && !links[b]) continue;
+      if (b > a && known.both(a, b)) found.insert({with(key, {literals[a], literals[b]}, variables)});
+      if (b == a || !known.first_without_second(a, b)) continue;
+      found.insert({with(key, {literals[a], negation(literals[b])}, variables)});
+      if (b > a && known.nameless()) {
+        found.insert({with(key, {negation(literals[a]), negation(literals[b])}, variables)});
       }
     }
   }
 }
-
-}  // namespace
 
 RuleKey initial_rule(const Scene& scene, int max_references) {
   RuleKey key{.action = action_terms(scene), .variables = 0, .context = {}};
@@ -141,10 +205,7 @@ RuleKey initial_rule(const Scene& scene, int max_references) {
   for (const auto object : scene.action) {
     if (!is_bound(bound, object)) bound.push_back(object);
   }
-  std::set<std::int16_t> changed;
-  for (const auto& change : scene.changes) {
-    for (std::size_t i = 1; i < change.atom.size() && change.atom[i] != -1; ++i) changed.insert(change.atom[i]);
-  }
+  const auto changed = changed_objects(scene);
   for (int reference = 0; reference < max_references; ++reference) {
     // Objects that are singled out have different descriptions, so that the first one depends on no name.
     std::int16_t next = -1;
@@ -160,7 +221,7 @@ RuleKey initial_rule(const Scene& scene, int max_references) {
     bound.push_back(next);
   }
   key.variables = static_cast<int>(bound.size());
-  key.context = lifted_atoms(scene, bound);
+  key.context = lifted_literals(scene, bound);
   return canonical(std::move(key));
 }
 
@@ -170,7 +231,7 @@ RuleKey trimmed(ActionExamples& examples, RuleKey key) {
     if (!fitted.usable()) return -std::numeric_limits<double>::infinity();
     double rest = 0;
     examples.default_rule(fitted.covered, &rest);
-    return fitted.score + rest;
+    return fitted.score + rest - examples.settings().caution * static_cast<double>(candidate.context.size());
   };
   double best = score(key);
   for (;;) {
@@ -193,6 +254,8 @@ std::vector<std::vector<RuleKey>> replacements(ActionExamples& examples, const R
   drop(key, found);
   add_literals(examples, key, found);
   add_references(examples, key, found);
+  change_values(examples, key, found);
+  change_constants(examples, key, found);
   found.erase({key});
   return {found.begin(), found.end()};
 }

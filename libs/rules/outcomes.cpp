@@ -12,20 +12,6 @@ namespace {
 
 constexpr double kImprovement = 1e-9;
 
-/// The change of a case over the rule's variables; empty when an object that changes is not bound.
-std::optional<Outcome> lifted_change(const EffectCase& example) {
-  Outcome change = example.scene->changes;
-  for (auto& literal : change) {
-    for (std::size_t i = 1; i < literal.atom.size() && literal.atom[i] != -1; ++i) {
-      const auto at = std::find(example.binding.begin(), example.binding.end(), literal.atom[i]);
-      if (at == example.binding.end()) return std::nullopt;
-      literal.atom[i] = static_cast<std::int16_t>(at - example.binding.begin());
-    }
-  }
-  std::sort(change.begin(), change.end());
-  return change;
-}
-
 /// A and B, or nothing when they contradict each other.
 std::optional<Outcome> conjunction(const Outcome& a, const Outcome& b) {
   Outcome both;
@@ -38,10 +24,15 @@ std::optional<Outcome> conjunction(const Outcome& a, const Outcome& b) {
 
 class Inducer {
  public:
-  Inducer(const std::vector<EffectCase>& cases, double alpha, double p_min)
-      : cases_(cases), alpha_(alpha), p_min_(p_min) {
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      if (auto change = lifted_change(cases[i])) groups_[*change].push_back(i);
+  Inducer(const std::vector<Scene>& scenes, const Covered& covered, const std::vector<int>& numbers,
+          const std::vector<const Outcome*>& changes, double alpha, double p_min)
+      : scenes_(scenes), covered_(covered), alpha_(alpha), p_min_(p_min) {
+    for (std::size_t i = 0; i < covered.size(); ++i) {
+      if (numbers[i] >= 0) {
+        groups_[*changes[static_cast<std::size_t>(numbers[i])]].push_back(i);
+      } else {
+        ++inexpressible_;
+      }
     }
   }
 
@@ -64,9 +55,9 @@ class Inducer {
   }
 
  private:
-  /// The cases that an outcome takes from s to s′: every change is in it, and all of it holds afterwards.
+  /// The examples that an outcome takes from s to s′: every change is in it, and all of it holds afterwards.
   const Bits& explained(const Outcome& outcome) {
-    const auto [at, fresh] = explained_.try_emplace(outcome, cases_.size());
+    const auto [at, fresh] = explained_.try_emplace(outcome, covered_.size());
     if (!fresh) return at->second;
     for (const auto& [change, members] : groups_) {
       if (!std::includes(outcome.begin(), outcome.end(), change.begin(), change.end())) continue;
@@ -74,7 +65,7 @@ class Inducer {
       std::set_difference(outcome.begin(), outcome.end(), change.begin(), change.end(), std::back_inserter(rest));
       for (const auto i : members) {
         const bool holds = std::all_of(rest.begin(), rest.end(), [&](const LiftedLiteral& literal) {
-          return contains(cases_[i].scene->after, instantiate(literal.atom, cases_[i].binding)) != literal.negated;
+          return holds_after(scenes_[covered_.examples[i]], literal, covered_.binding(i));
         });
         if (holds) at->second.set(i);
       }
@@ -84,23 +75,37 @@ class Inducer {
 
   std::vector<MixtureCell> cells(const std::vector<Outcome>& outcomes) {
     std::map<std::vector<int>, double> weights;
-    std::vector<std::vector<int>> explanations(cases_.size());
-    for (std::size_t o = 0; o < outcomes.size(); ++o) {
-      const Bits& bits = explained(outcomes[o]);
-      for (std::size_t i = 0; i < cases_.size(); ++i) {
-        if (bits.test(i)) explanations[i].push_back(static_cast<int>(o));
+    if (inexpressible_ > 0) weights[{}] += static_cast<double>(inexpressible_);
+    std::vector<int> explanation;
+    for (const auto& [change, members] : groups_) {
+      std::vector<std::pair<int, const Bits*>> possible;
+      for (std::size_t o = 0; o < outcomes.size(); ++o) {
+        if (std::includes(outcomes[o].begin(), outcomes[o].end(), change.begin(), change.end())) {
+          possible.emplace_back(static_cast<int>(o), &explained(outcomes[o]));
+        }
+      }
+      // Only the change itself, and so all of the group's examples.
+      if (possible.size() == 1 && outcomes[static_cast<std::size_t>(possible[0].first)].size() == change.size()) {
+        weights[{possible[0].first}] += static_cast<double>(members.size());
+        continue;
+      }
+      for (const auto i : members) {
+        explanation.clear();
+        for (const auto& [o, bits] : possible) {
+          if (bits->test(i)) explanation.push_back(o);
+        }
+        ++weights[explanation];
       }
     }
-    for (const auto& explanation : explanations) ++weights[explanation];
     std::vector<MixtureCell> cells;
-    for (const auto& [explanation, weight] : weights) cells.push_back({explanation, weight});
+    for (const auto& [outcomes_of_cell, weight] : weights) cells.push_back({outcomes_of_cell, weight});
     return cells;
   }
 
   InducedOutcomes evaluate(const std::vector<Outcome>& outcomes) {
     InducedOutcomes induced;
     auto fit = fit_outcomes(cells(outcomes), static_cast<int>(outcomes.size()), p_min_);
-    Bits any(cases_.size());
+    Bits any(covered_.size());
     std::size_t literals = 0;
     for (std::size_t o = 0; o < outcomes.size(); ++o) {
       if (!(fit.p[o] > 0)) continue;
@@ -110,7 +115,7 @@ class Inducer {
       any |= explained(outcomes[o]);
       literals += outcomes[o].size();
     }
-    induced.noise_count = static_cast<std::int64_t>(cases_.size()) - any.count();
+    induced.noise_count = static_cast<std::int64_t>(covered_.size()) - any.count();
     induced.fit.noise = fit.noise;
     induced.fit.log_likelihood = fit.log_likelihood;
     induced.fit.gap = fit.gap;
@@ -128,7 +133,7 @@ class Inducer {
     }
     const auto m = static_cast<double>(own.count());
     if (m == 0) return true;
-    const double loss = m * (-std::log(p_min_) - 1 - std::log(static_cast<double>(cases_.size()) / m));
+    const double loss = m * (-std::log(p_min_) - 1 - std::log(static_cast<double>(covered_.size()) / m));
     return alpha_ * static_cast<double>(outcome.size()) > loss;
   }
 
@@ -161,16 +166,20 @@ class Inducer {
     return found;
   }
 
-  const std::vector<EffectCase>& cases_;
+  const std::vector<Scene>& scenes_;
+  const Covered& covered_;
   double alpha_, p_min_;
-  std::map<Outcome, std::vector<std::size_t>> groups_;  // cases by their change
+  std::size_t inexpressible_ = 0;
+  std::map<Outcome, std::vector<std::size_t>> groups_;  // covered examples by their change
   std::map<Outcome, Bits> explained_;
 };
 
 }  // namespace
 
-InducedOutcomes induce_outcomes(const std::vector<EffectCase>& cases, double alpha, double p_min) {
-  return Inducer(cases, alpha, p_min).run();
+InducedOutcomes induce_outcomes(const std::vector<Scene>& scenes, const Covered& covered,
+                                const std::vector<int>& numbers, const std::vector<const Outcome*>& changes,
+                                double alpha, double p_min) {
+  return Inducer(scenes, covered, numbers, changes, alpha, p_min).run();
 }
 
 }  // namespace primo::rules

@@ -4,18 +4,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "rules/grounding.h"
+#include "rules/coverage.h"
 #include "rules/parameters.h"
 
 namespace primo::rules {
 
 using Outcome = std::vector<LiftedLiteral>;  ///< sorted
-
-/// A covered example as seen through the rule's variables.
-struct EffectCase {
-  const Scene* scene = nullptr;
-  std::vector<std::int16_t> binding;  ///< variable → object
-};
 
 struct InducedOutcomes {
   std::vector<Outcome> outcomes;  ///< sorted; each with positive probability
@@ -26,8 +20,11 @@ struct InducedOutcomes {
 };
 
 /// Starts from every observed change that the variables can express and climbs the score by removing outcomes and by
-/// merging two into their conjunction (finding the best set is NP-hard). The result does not depend on the order of the
-/// cases.
-InducedOutcomes induce_outcomes(const std::vector<EffectCase>& cases, double alpha, double p_min);
+/// merging two into their conjunction (finding the best set is NP-hard). The change of covered example i is
+/// changes[numbers[i]]; number −1: the variables cannot express it. The result does not depend on the order of the
+/// examples.
+InducedOutcomes induce_outcomes(const std::vector<Scene>& scenes, const Covered& covered,
+                                const std::vector<int>& numbers, const std::vector<const Outcome*>& changes,
+                                double alpha, double p_min);
 
 }  // namespace primo::rules

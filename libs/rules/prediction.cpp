@@ -16,22 +16,19 @@ using symbols::State;
 /// A rule's terms as the integers that Pattern binds.
 class Terms {
  public:
-  explicit Terms(const std::vector<std::string>& objects) : objects_(objects) {}
+  explicit Terms(std::vector<std::string>& constants) : constants_(constants) {}
 
   std::int16_t index(const std::string& term) {
-    if (!is_variable(term)) {
-      const auto at = std::find(objects_.begin(), objects_.end(), term);
-      return constant(static_cast<int>(at - objects_.begin()));  // an unknown constant: an object that nothing holds of
-    }
-    const auto at = std::find(variables_.begin(), variables_.end(), term);
-    if (at != variables_.end()) return static_cast<std::int16_t>(at - variables_.begin());
-    variables_.push_back(term);
-    return static_cast<std::int16_t>(variables_.size() - 1);
+    const bool variable = is_variable(term);
+    auto& names = variable ? variables_ : constants_;
+    const auto at = std::find(names.begin(), names.end(), term) - names.begin();
+    if (at == static_cast<std::ptrdiff_t>(names.size())) names.push_back(term);
+    return variable ? static_cast<std::int16_t>(at) : constant(static_cast<int>(at));
   }
   const std::vector<std::string>& variables() const { return variables_; }
 
  private:
-  const std::vector<std::string>& objects_;
+  std::vector<std::string>& constants_;
   std::vector<std::string> variables_;
 };
 
@@ -55,43 +52,65 @@ std::vector<std::string> all_objects(const std::vector<std::string>& objects, co
 
 }  // namespace
 
-std::optional<Binding> bind_rule(const Rule& rule, const std::vector<std::string>& objects, const State& state,
-                                 const Literal& action) {
-  if (!same_action(rule.action, action)) return std::nullopt;
-  const auto all = all_objects(objects, state, action);
-  Vocabulary vocabulary;
-  const Scene scene = make_scene(vocabulary, all, state, action, state);
-  Terms terms(all);
-  std::vector<std::int16_t> action_terms;
-  for (const auto& argument : rule.action.arguments) action_terms.push_back(terms.index(argument));
-  std::vector<LiftedLiteral> context;
-  for (const auto& literal : rule.context) {
-    PRIMO_CHECK(literal.arguments.size() <= symbols::kMaxArity, "too many arguments: " + literal.text());
-    LiftedLiteral lifted{.negated = literal.negated};
-    lifted.atom.fill(-1);
-    lifted.atom[0] = vocabulary.intern(literal.predicate, literal.arguments.size());
-    for (std::size_t i = 0; i < literal.arguments.size(); ++i) lifted.atom[i + 1] = terms.index(literal.arguments[i]);
-    context.push_back(lifted);
+Predictor::Predictor(const RuleSet& rules) : rules_(&rules) {
+  for (const auto& rule : rules.rules) {
+    Terms terms(constants_);
+    std::vector<std::int16_t> action;
+    for (const auto& argument : rule.action.arguments) action.push_back(terms.index(argument));
+    std::vector<LiftedLiteral> context;
+    for (const auto& literal : rule.context) {
+      PRIMO_CHECK(literal.arguments.size() <= symbols::kMaxArity, "too many arguments: " + literal.text());
+      LiftedLiteral lifted{.relation = literal.relation, .negated = literal.negated, .value = literal.value};
+      lifted.atom.fill(-1);
+      lifted.atom[0] = vocabulary_.intern(literal.predicate, literal.arguments.size());
+      for (std::size_t i = 0; i < literal.arguments.size(); ++i) lifted.atom[i + 1] = terms.index(literal.arguments[i]);
+      context.push_back(lifted);
+    }
+    compiled_.push_back(
+        {&rule, Pattern(action, static_cast<int>(terms.variables().size()), context), terms.variables()});
   }
+}
+
+const Rule* Predictor::covering(const std::vector<std::string>& objects, const State& state, const Literal& action,
+                                Binding* binding) const {
+  const Compiled* found = nullptr;
   std::vector<std::int16_t> bound;
-  const Pattern pattern(action_terms, static_cast<int>(terms.variables().size()), context);
-  if (pattern.count_bindings(scene, bound) != 1) return std::nullopt;
-  Binding binding;
-  for (std::size_t v = 0; v < bound.size(); ++v) {
-    binding[terms.variables()[v]] = all[static_cast<std::size_t>(bound[v])];
+  std::optional<Scene> scene;
+  std::vector<std::string> all;
+  for (const auto& compiled : compiled_) {
+    if (!same_action(compiled.rule->action, action)) continue;
+    if (!scene) {
+      all = all_objects(objects, state, action);
+      Vocabulary vocabulary = vocabulary_;
+      const State derived = symbols::derive(rules_->derived, objects, state);
+      scene = make_scene(vocabulary, all, state, action, state, constants_, derived);
+    }
+    std::vector<std::int16_t> trial;
+    if (compiled.pattern.count_bindings(*scene, trial) != 1) continue;
+    if (found) return nullptr;
+    found = &compiled;
+    bound = std::move(trial);
   }
+  if (!found) return nullptr;
+  for (std::size_t v = 0; binding && v < bound.size(); ++v) {
+    (*binding)[found->variables[v]] = all[static_cast<std::size_t>(bound[v])];
+  }
+  return found->rule;
+}
+
+std::optional<Binding> bind_rule(const Rule& rule, const std::vector<std::string>& objects, const State& state,
+                                 const Literal& action, const std::vector<symbols::Definition>& derived) {
+  RuleSet alone;
+  alone.rules = {rule};
+  alone.derived = derived;
+  Binding binding;
+  if (!Predictor(alone).covering(objects, state, action, &binding)) return std::nullopt;
   return binding;
 }
 
 const Rule* covering(const RuleSet& rules, const std::vector<std::string>& objects, const State& state,
                      const Literal& action) {
-  const Rule* found = nullptr;
-  for (const auto& rule : rules.rules) {
-    if (!bind_rule(rule, objects, state, action)) continue;
-    if (found) return nullptr;
-    found = &rule;
-  }
-  return found;
+  return Predictor(rules).covering(objects, state, action);
 }
 
 std::vector<Literal> ground(const std::vector<Literal>& literals, const Binding& binding) {
@@ -105,38 +124,33 @@ std::vector<Literal> ground(const std::vector<Literal>& literals, const Binding&
 }
 
 bool holds(const std::vector<Literal>& ground_literals, const State& state) {
-  return std::all_of(ground_literals.begin(), ground_literals.end(), [&](Literal literal) {
-    const bool negated = literal.negated;
-    literal.negated = false;
-    return state.contains(literal) != negated;
-  });
+  return std::all_of(ground_literals.begin(), ground_literals.end(),
+                     [&](const Literal& literal) { return symbols::holds(literal, state); });
 }
 
 State apply_outcome(const State& state, const std::vector<Literal>& ground_literals) {
   State after = state;
-  for (auto literal : ground_literals) {
-    const bool negated = literal.negated;
-    literal.negated = false;
-    if (negated) after.erase(literal);
+  for (const auto& literal : ground_literals) {
+    if (literal.negated) symbols::make_true(literal, after);
   }
   for (const auto& literal : ground_literals) {
-    if (!literal.negated) after.insert(literal);
+    if (!literal.negated) symbols::make_true(literal, after);
   }
   return after;
 }
 
-Prediction predict(const RuleSet& rules, const std::vector<std::string>& objects, const State& state,
-                   const Literal& action) {
+Prediction Predictor::predict(const std::vector<std::string>& objects, const State& state,
+                              const Literal& action) const {
   Prediction prediction;
-  prediction.rule = covering(rules, objects, state, action);
+  Binding binding;
+  prediction.rule = covering(objects, state, action, &binding);
   std::map<State, double> successors;
   if (prediction.rule) {
-    const auto binding = bind_rule(*prediction.rule, objects, state, action);
     for (const auto& outcome : prediction.rule->outcomes) {
-      successors[apply_outcome(state, ground(outcome.literals, *binding))] += outcome.p;
+      successors[apply_outcome(state, ground(outcome.literals, binding))] += outcome.p;
     }
     prediction.noise = prediction.rule->noise;
-  } else if (const auto at = rules.defaults.find(action.predicate); at != rules.defaults.end()) {
+  } else if (const auto at = rules_->defaults.find(action.predicate); at != rules_->defaults.end()) {
     if (at->second.no_change > 0) successors[state] = at->second.no_change;
     prediction.noise = at->second.noise;
   }
@@ -144,6 +158,20 @@ Prediction predict(const RuleSet& rules, const std::vector<std::string>& objects
   std::stable_sort(prediction.successors.begin(), prediction.successors.end(),
                    [](const Successor& a, const Successor& b) { return a.p > b.p; });
   return prediction;
+}
+
+Prediction predict(const RuleSet& rules, const std::vector<std::string>& objects, const State& state,
+                   const Literal& action) {
+  return Predictor(rules).predict(objects, state, action);
+}
+
+const State* sample(const Prediction& prediction, Random& random) {
+  double u = random.uniform();
+  for (const auto& successor : prediction.successors) {
+    if (u < successor.p) return &successor.state;
+    u -= successor.p;
+  }
+  return nullptr;
 }
 
 Result<DesiredOutcome> desired_outcome(const RuleSet& rules, const std::string& action,

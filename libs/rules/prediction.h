@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/random.h"
 #include "core/statistics.h"
+#include "rules/grounding.h"
 #include "rules/rule.h"
 
 namespace primo::rules {
@@ -15,9 +17,9 @@ namespace primo::rules {
 using Binding = std::map<std::string, std::string>;
 
 /// The one way to bind the rule's variables to distinct objects so that its action is `action` and its context holds in
-/// `state`; empty when there is none or more than one.
+/// `state` (with what is derived from it); empty when there is none or more than one.
 std::optional<Binding> bind_rule(const Rule& rule, const std::vector<std::string>& objects, const symbols::State& state,
-                                 const symbols::Literal& action);
+                                 const symbols::Literal& action, const std::vector<symbols::Definition>& derived = {});
 
 /// The rule that alone covers (state, action); nullptr when none or several do: then the action's default rule holds.
 const Rule* covering(const RuleSet& rules, const std::vector<std::string>& objects, const symbols::State& state,
@@ -41,8 +43,36 @@ struct Prediction {
   std::vector<Successor> successors;  ///< different states, most probable first
   double noise = 1;                   ///< probability left to states that are not described
 };
+/// All successors with their probabilities.
 Prediction predict(const RuleSet& rules, const std::vector<std::string>& objects, const symbols::State& state,
                    const symbols::Literal& action);
+
+/// s′ drawn from the prediction; nothing: noise happened.
+const symbols::State* sample(const Prediction& prediction, Random& random);
+
+/// A rule set made ready for many predictions. The rules must outlive it.
+class Predictor {
+ public:
+  explicit Predictor(const RuleSet& rules);
+
+  Prediction predict(const std::vector<std::string>& objects, const symbols::State& state,
+                     const symbols::Literal& action) const;
+  /// The rule that alone covers (state, action), and its binding; nullptr when none or several do.
+  const Rule* covering(const std::vector<std::string>& objects, const symbols::State& state,
+                       const symbols::Literal& action, Binding* binding = nullptr) const;
+  const RuleSet& rules() const { return *rules_; }
+
+ private:
+  struct Compiled {
+    const Rule* rule;
+    Pattern pattern;
+    std::vector<std::string> variables;
+  };
+  const RuleSet* rules_;
+  Vocabulary vocabulary_;
+  std::vector<std::string> constants_;
+  std::vector<Compiled> compiled_;
+};
 
 /// The outcome an action is for.
 struct DesiredOutcome {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "symbols/derived.h"
 #include "symbols/literal.h"
 
 namespace primo::rules {
@@ -41,6 +42,7 @@ struct DefaultRule {
 struct RuleSet {
   std::vector<Rule> rules;
   std::map<std::string, DefaultRule> defaults;  ///< by action name
+  std::vector<symbols::Definition> derived;     ///< what contexts use beside the state
 };
 
 /// The JSON form of the design page, and back. Errors name what is wrong and where.

@@ -1,12 +1,13 @@
 // Rules in JSON: {"rules":[{"action":["grasp","X"],"context":[["on","X","Y"],["not","wet"]],
 //   "outcomes":[[0.94,[["inhand","X"],["not","on","X","Y"]]]],"noise":0.06,"counts":[47,3]}],
 //   "default":{"grasp":{"nochange":0.9,"noise":0.1,"counts":[9,1]}}}
-// The counts are the outcomes' and then the noise's. A rule has "examples" when these differ from the sum of its
-// counts.
+// "derived" lists definitions of predicates, when there are any. The counts are the outcomes' and then the noise's. A
+// rule has "examples" when these differ from the sum of its counts.
 #include <cmath>
 
 #include "rules/rule.h"
 #include "symbols/literal_json.h"
+#include "symbols/signatures.h"
 
 namespace primo::rules {
 namespace {
@@ -136,6 +137,7 @@ Result<Rule> rule_from_json(const Json& json) {
   auto action = literal_from_json(json["action"]);
   if (!action.ok()) return action.error().at("action");
   rule.action = *action;
+  if (rule.action.relation != symbols::Relation::none) return data("action: " + rule.action.text() + " has a value");
   if (rule.action.negated) return data("action: " + rule.action.text() + " is negated");
   PRIMO_ASSIGN(rule.context, literals_from_json(json["context"], "context"));
   PRIMO_TRY(read_outcomes(json["outcomes"], rule));
@@ -165,6 +167,48 @@ Result<DefaultRule> default_from_json(const Json& json) {
   return rule;
 }
 
+Result<std::vector<symbols::Definition>> derived_from_json(const Json& json) {
+  if (!json.is_array())
+    return data("\"derived\" must be a list of definitions such as \"clear(X) := not exists Y: on(Y,X)\"");
+  std::vector<symbols::Definition> definitions;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const std::string where = "derived[" + std::to_string(i) + "]";
+    if (!json[i].is_string()) return data(where + " is not a text");
+    auto definition = symbols::definition_from_text(json[i].get<std::string>());
+    if (!definition.ok()) return definition.error().at(where);
+    definitions.push_back(std::move(definition).value());
+  }
+  if (const auto status = symbols::check_order(definitions); !status.ok()) return status.error().at("derived");
+  return definitions;
+}
+
+/// One name means one thing in all rules, and no outcome changes what is derived.
+Status check_names(const RuleSet& rules) {
+  symbols::Signatures signatures;
+  std::set<std::string> derived;
+  for (std::size_t i = 0; i < rules.derived.size(); ++i) {
+    PRIMO_TRY(signatures.add(rules.derived[i].head, "derived[" + std::to_string(i) + "]"));
+    derived.insert(rules.derived[i].head.predicate);
+  }
+  for (std::size_t i = 0; i < rules.rules.size(); ++i) {
+    const std::string where = "rules[" + std::to_string(i) + "]";
+    PRIMO_TRY(signatures.add_action(rules.rules[i].action, where));
+    for (const auto& literal : rules.rules[i].context) PRIMO_TRY(signatures.add(literal, where));
+    for (const auto& outcome : rules.rules[i].outcomes) {
+      for (const auto& literal : outcome.literals) {
+        PRIMO_TRY(signatures.add(literal, where));
+        if (derived.contains(literal.predicate)) {
+          return data(where + ": an outcome changes " + literal.text() + ", which is derived");
+        }
+        if (literal.relation != symbols::Relation::none && literal.relation != symbols::Relation::equal) {
+          return data(where + ": the outcome " + literal.text() + " is a range; an outcome gives a value");
+        }
+      }
+    }
+  }
+  return success();
+}
+
 }  // namespace
 
 std::string to_json(const RuleSet& rules) {
@@ -192,13 +236,16 @@ std::string to_json(const RuleSet& rules) {
                         {"noise", rule.noise},
                         {"counts", Json::array({rule.no_change_count, rule.noise_count})}};
   }
-  return symbols::dump({{"rules", std::move(list)}, {"default", std::move(defaults)}});
+  Json json = {{"rules", std::move(list)}, {"default", std::move(defaults)}};
+  if (!rules.derived.empty()) json["derived"] = Json::array();
+  for (const auto& definition : rules.derived) json["derived"].push_back(definition.text());
+  return symbols::dump(json);
 }
 
 Result<RuleSet> rules_from_json(const std::string& text) {
   PRIMO_ASSIGN(const Json json, symbols::parse_json(text, kRulesDepth));
   if (!json.is_object()) return data("a rule set is an object with the keys rules and default");
-  PRIMO_TRY(check_keys(json, {"rules", "default"}));
+  PRIMO_TRY(check_keys(json, {"rules", "default", "derived"}));
   if (!json.contains("rules") || !json["rules"].is_array()) return data("\"rules\" must be a list of rules");
   RuleSet rules;
   for (std::size_t i = 0; i < json["rules"].size(); ++i) {
@@ -206,6 +253,10 @@ Result<RuleSet> rules_from_json(const std::string& text) {
     if (!rule.ok()) return rule.error().at("rules[" + std::to_string(i) + "]");
     rules.rules.push_back(*rule);
   }
+  if (json.contains("derived")) {
+    PRIMO_ASSIGN(rules.derived, derived_from_json(json["derived"]));
+  }
+  PRIMO_TRY(check_names(rules));
   if (!json.contains("default")) return rules;
   if (!json["default"].is_object()) return data("\"default\" must be an object with an action's name for each key");
   for (const auto& [action, value] : json["default"].items()) {

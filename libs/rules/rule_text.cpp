@@ -74,6 +74,8 @@ std::string to_text(const Rule& rule) {
 
 std::string to_text(const RuleSet& rules) {
   std::string text;
+  for (const auto& definition : rules.derived) text += definition.text() + "\n";
+  if (!rules.derived.empty()) text += "\n";
   for (const auto& rule : rules.rules) text += to_text(rule) + "\n";
   for (const auto& [action, rule] : rules.defaults) {
     const std::int64_t trials = rule.no_change_count + rule.noise_count;

@@ -1,9 +1,6 @@
 #include "rules/search.h"
 
 #include <algorithm>
-#include <map>
-#include <optional>
-#include <set>
 
 #include "rules/operators.h"
 
@@ -12,11 +9,9 @@ namespace {
 
 constexpr double kImprovement = 1e-9;
 
-/// Rules that cover no example twice, and their score.
-struct Candidate {
-  std::vector<RuleKey> rules;  // sorted
-  double score = 0;
+}  // namespace
 
+struct Search::Candidate : ScoredRules {
   /// By score; of equals the one that says more of what holds than of what does not; then in the order of rules, so
   /// that nothing depends on the order in which sets are found.
   bool better_than(const Candidate& other) const {
@@ -35,121 +30,211 @@ struct Candidate {
   }
 };
 
-class Search {
- public:
-  explicit Search(ActionExamples& examples) : examples_(examples) {
-    for (const auto& scene : examples.scenes()) {
-      initial_.push_back(initial_rule(scene, examples.settings().max_references));
-    }
+ScoredRules Search::climb(const std::vector<RuleKey>& from) {
+  candidates_ = 0;
+  for (std::size_t i = initial_.size(); i < examples_.scenes().size(); ++i) {
+    initial_.push_back(initial_rule(examples_.scenes()[i], examples_.settings().max_references));
   }
-
-  std::vector<RuleKey> run() {
-    Candidate best = assess({});
-    for (int step = 0; step < examples_.settings().max_steps; ++step) {
-      const auto better = best_neighbour(best);
-      if (!better) break;
-      best = *better;
-    }
-    return best.rules;
-  }
-
- private:
-  Candidate assess(std::vector<RuleKey> rules) {
-    std::sort(rules.begin(), rules.end());
-    Candidate candidate;
-    candidate.rules = std::move(rules);
-    Bits covered(examples_.scenes().size());
-    for (const auto& key : candidate.rules) {
-      const auto& fitted = examples_.fit(key);
-      covered |= fitted.covered;
-      candidate.score += fitted.score;
-    }
-    double rest = 0;
-    examples_.default_rule(covered, &rest);
-    candidate.score += rest;
-    return candidate;
-  }
-
-  /// The set with `added` in place of `removed`; rules that cover an example which a new one covers go. Nothing when a
-  /// new rule is of no use.
-  std::optional<Candidate> exchange(const std::vector<RuleKey>& rules, const RuleKey* removed,
-                                    const std::vector<RuleKey>& added) {
-    std::vector<RuleKey> next;
-    for (const auto& key : added) {
-      const auto& fitted = examples_.fit(key);
-      if (!fitted.usable()) continue;  // a half of a split that covers nothing is left out
-      const auto clash = [&](const RuleKey& other) { return examples_.fit(other).covered.intersects(fitted.covered); };
-      if (std::any_of(next.begin(), next.end(), clash)) return std::nullopt;
-      next.push_back(key);
-    }
-    if (!added.empty() && next.empty()) return std::nullopt;
-    const std::size_t fresh = next.size();
-    for (const auto& key : rules) {
-      if (removed && key == *removed) continue;
-      const auto clash = [&](std::size_t i) {
-        return examples_.fit(next[i]).covered.intersects(examples_.fit(key).covered);
-      };
-      bool kept = true;
-      for (std::size_t i = 0; i < fresh && kept; ++i) kept = !clash(i);
-      if (kept) next.push_back(key);
-    }
-    return assess(std::move(next));
-  }
-
-  /// The best set one operator away, if it is better.
-  std::optional<Candidate> best_neighbour(const Candidate& from) {
-    std::optional<Candidate> best;
-    const auto consider = [&](const std::optional<Candidate>& candidate) {
-      if (!candidate || !(candidate->score > from.score + kImprovement)) return;
-      if (!best || candidate->better_than(*best)) best = candidate;
-    };
-    for (const auto& key : explanations(from)) {
-      if (exhausted()) break;
-      consider(exchange(from.rules, nullptr, {key}));
-    }
-    for (const auto& key : from.rules) {
-      consider(exchange(from.rules, &key, {}));
-      for (const auto& added : replacements_of(key)) {
-        if (exhausted()) break;
-        consider(exchange(from.rules, &key, added));
+  Candidate best = exchange({}, nullptr, {}).value();
+  for (const auto& key : from) {
+    if (examples_.fit(key).usable()) {
+      if (auto added = exchange(best.rules, nullptr, {key}); added && added->rules.size() > best.rules.size()) {
+        best = std::move(*added);
       }
     }
-    return best;
   }
+  return without_idle_rules(look_ahead(ascend(std::move(best))));
+}
 
-  bool exhausted() const { return examples_.evaluations() >= examples_.settings().max_evaluations; }
+/// Without the rules that say no more than the default rule does.
+Search::Candidate Search::without_idle_rules(Candidate best) {
+  const auto rules = best.rules;
+  for (const auto& key : rules) {
+    auto fewer = exchange(best.rules, &key, {});
+    if (fewer && fewer->score >= best.score - kImprovement) best = std::move(*fewer);
+  }
+  return best;
+}
 
-  /// ExplainExamples for every example that only the default rule covers.
-  std::set<RuleKey> explanations(const Candidate& from) {
-    Bits covered(examples_.scenes().size());
-    for (const auto& key : from.rules) covered |= examples_.fit(key).covered;
-    std::set<RuleKey> initial, found;
-    for (std::size_t i = 0; i < initial_.size(); ++i) {
-      if (!covered.test(i)) initial.insert(initial_[i]);
-    }
-    for (const auto& key : initial) {
+Search::Candidate Search::ascend(Candidate best) {
+  for (int step = 0; step < examples_.settings().max_steps; ++step) {
+    examples_.limit_memory();
+    auto better = best_neighbour(best, false);
+    if (!better) better = best_neighbour(best, true);
+    if (!better) break;
+    best = std::move(*better);
+  }
+  return best;
+}
+
+/// Goes on from a set that no single operator improves: from its best neighbours, though they are worse, since some
+/// improvements take two operators of which the first alone does not pay.
+Search::Candidate Search::look_ahead(Candidate best) {
+  for (bool improved = true; improved && !exhausted();) {
+    improved = false;
+    const double reached = best.score + kImprovement;
+    for (auto& start : promising(best)) {
       if (exhausted()) break;
-      auto at = trimmed_.find(key);
-      if (at == trimmed_.end()) at = trimmed_.emplace(key, trimmed(examples_, key)).first;
-      found.insert(at->second);
+      examples_.limit_memory();
+      auto summit = ascend(std::move(start));
+      if (!(summit.score > reached) || !summit.better_than(best)) continue;
+      best = std::move(summit);
+      improved = true;
     }
-    return found;
   }
+  return best;
+}
 
-  const std::vector<std::vector<RuleKey>>& replacements_of(const RuleKey& key) {
-    const auto at = replacements_.find(key);
-    if (at != replacements_.end()) return at->second;
-    return replacements_.emplace(key, replacements(examples_, key)).first->second;
+/// The best of all neighbours, of those that cover and explain the same examples alike only the best.
+std::vector<Search::Candidate> Search::promising(const Candidate& from) {
+  std::map<std::set<const InducedOutcomes*>, Candidate> kinds;
+  const auto kind = [&](const Candidate& candidate) {
+    std::set<const InducedOutcomes*> fits;
+    for (const auto& key : candidate.rules) fits.insert(examples_.fit(key).induced.get());
+    return fits;
+  };
+  const auto own = kind(from);
+  for_each_neighbour(from, [&](Candidate&& candidate) {
+    auto fits = kind(candidate);
+    if (fits == own) return;
+    const auto [at, fresh] = kinds.try_emplace(std::move(fits), candidate);
+    if (!fresh && candidate.better_than(at->second)) at->second = std::move(candidate);
+  });
+  std::vector<Candidate> best;
+  for (auto& [fits, candidate] : kinds) best.push_back(std::move(candidate));
+  std::sort(best.begin(), best.end(), [](const Candidate& a, const Candidate& b) { return a.better_than(b); });
+  const auto width = static_cast<std::size_t>(examples_.settings().look_ahead);
+  if (best.size() > width) best.resize(width);
+  return best;
+}
+
+void Search::for_each_neighbour(const Candidate& from, const std::function<void(Candidate&&)>& visit) {
+  const auto consider = [&](std::optional<Candidate> candidate) {
+    if (candidate) visit(std::move(*candidate));
+  };
+  for (const auto& key : from.rules) {
+    consider(exchange(from.rules, &key, {}));
+    for (const auto& added : replacements_of(key)) {
+      if (exhausted()) return;
+      consider(exchange(from.rules, &key, added));
+    }
   }
+}
 
-  ActionExamples& examples_;
-  std::vector<RuleKey> initial_;  // of each example
-  std::map<RuleKey, RuleKey> trimmed_;
-  std::map<RuleKey, std::vector<std::vector<RuleKey>>> replacements_;
-};
+Search::Candidate Search::assess(std::vector<RuleKey> rules) {
+  std::sort(rules.begin(), rules.end());
+  ++candidates_;
+  Candidate candidate;
+  candidate.rules = std::move(rules);
+  Bits covered(examples_.scenes().size());
+  distinct_.clear();
+  for (const auto& key : candidate.rules) {
+    const auto& fitted = examples_.fit(key);
+    covered |= fitted.covered;
+    candidate.score += fitted.score;
+    for (auto literal : key.context) {
+      literal.negated = false;
+      distinct_.push_back(literal);
+    }
+  }
+  std::sort(distinct_.begin(), distinct_.end());
+  const auto choices = std::unique(distinct_.begin(), distinct_.end()) - distinct_.begin();
+  candidate.score -= examples_.settings().caution * static_cast<double>(choices);
+  double rest = 0;
+  examples_.default_rule(covered, &rest);
+  candidate.score += rest;
+  return candidate;
+}
 
-}  // namespace
+/// The set with `added` in place of `removed`; rules that cover an example which a new one covers go. Nothing when a
+/// new rule is of no use.
+std::optional<Search::Candidate> Search::exchange(const std::vector<RuleKey>& rules, const RuleKey* removed,
+                                                  const std::vector<RuleKey>& added) {
+  std::vector<RuleKey> next;
+  for (const auto& key : added) {
+    const auto& fitted = examples_.fit(key);
+    if (!fitted.usable()) continue;  // a half of a split that covers nothing is left out
+    const auto clash = [&](const RuleKey& other) { return examples_.fit(other).covered.intersects(fitted.covered); };
+    if (std::any_of(next.begin(), next.end(), clash)) return std::nullopt;
+    next.push_back(key);
+  }
+  if (!added.empty() && next.empty()) return std::nullopt;
+  const std::size_t fresh = next.size();
+  for (const auto& key : rules) {
+    if (removed && key == *removed) continue;
+    const auto clash = [&](std::size_t i) {
+      return examples_.fit(next[i]).covered.intersects(examples_.fit(key).covered);
+    };
+    bool kept = true;
+    for (std::size_t i = 0; i < fresh && kept; ++i) kept = !clash(i);
+    if (kept) next.push_back(key);
+  }
+  return assess(std::move(next));
+}
 
-std::vector<RuleKey> search_rules(ActionExamples& examples) { return Search(examples).run(); }
+/// The best set one operator away, if it is better.
+std::optional<Search::Candidate> Search::best_neighbour(const Candidate& from, bool thorough) {
+  std::optional<Candidate> best;
+  const auto consider = [&](Candidate&& candidate) {
+    if (!(candidate.score > from.score + kImprovement)) return;
+    if (!best || candidate.better_than(*best)) best = std::move(candidate);
+  };
+  for (const auto& key : explanations(from, thorough)) {
+    if (exhausted()) break;
+    if (auto candidate = exchange(from.rules, nullptr, {key})) consider(std::move(*candidate));
+  }
+  if (!thorough) for_each_neighbour(from, consider);  // when thorough, they were not better
+  return best;
+}
+
+/// ExplainExamples for the examples that only the default rule covers. Examples that a rule found for others explains
+/// are passed over unless `thorough`: their own rules would most likely be the same.
+std::set<RuleKey> Search::explanations(const Candidate& from, bool thorough) {
+  Bits covered(examples_.scenes().size());
+  for (const auto& key : from.rules) covered |= examples_.fit(key).covered;
+  // In an order that knows no example's number.
+  std::map<RuleKey, std::vector<std::size_t>> initial;
+  bool all_explained = true;
+  for (std::size_t i = 0; i < initial_.size(); ++i) {
+    if (covered.test(i)) continue;
+    initial[initial_[i]].push_back(i);
+    all_explained = all_explained && examples_.unchanged().test(i);
+  }
+  std::set<RuleKey> found;
+  if (all_explained) return found;  // the default rule is certain of them
+  Bits explained = examples_.unchanged();
+  for (const auto& [key, members] : initial) {
+    if (exhausted()) break;
+    const auto known = [&](std::size_t i) { return explained.test(i); };
+    if (!thorough && std::all_of(members.begin(), members.end(), known)) continue;
+    const RuleKey& rule = trimmed_rule(key);
+    if (!found.insert(rule).second) continue;
+    const auto& fitted = examples_.fit(rule);
+    if (fitted.usable() && fitted.induced->noise_count == 0) explained |= fitted.covered;
+  }
+  return found;
+}
+
+const RuleKey& Search::trimmed_rule(const RuleKey& initial) {
+  auto& [rule, examples] = trimmed_[initial];
+  if (examples != examples_.scenes().size()) {
+    rule = trimmed(examples_, initial);
+    examples = examples_.scenes().size();
+  }
+  return rule;
+}
+
+const std::vector<std::vector<RuleKey>>& Search::replacements_of(const RuleKey& key) {
+  auto& remembered = replacements_[key];
+  const std::int64_t covered = examples_.fit(key).covered.count();
+  // The bounds tried for a function are those of all examples.
+  const bool ranges = std::any_of(key.context.begin(), key.context.end(),
+                                  [](const LiftedLiteral& literal) { return literal.relation != Relation::none; });
+  const std::size_t examples = examples_.scenes().size();
+  if (remembered.covered != covered || (ranges && remembered.examples != examples)) {
+    remembered = {replacements(examples_, key), covered, examples};
+  }
+  return remembered.rules;
+}
 
 }  // namespace primo::rules

@@ -55,6 +55,9 @@ class Digest {
     add(literal.predicate);
     add(literal.arguments);
     add(literal.negated);
+    if (literal.relation == symbols::Relation::none) return;
+    add(static_cast<int>(literal.relation));
+    add(static_cast<int>(literal.value));
   }
   void add(const Pose& X) {
     for (int row = 0; row < 3; ++row) {

@@ -1,6 +1,7 @@
 #include "symbols/literal.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "symbols/literal_json.h"
 
@@ -29,8 +30,33 @@ Result<State> state_from_json(const Json& json, const std::string& key) {
   return state;
 }
 
+Result<std::vector<std::string>> objects_from_json(const Json& json) {
+  if (!json.is_array()) return data("\"objects\" is not a list of names");
+  std::vector<std::string> objects;
+  for (const auto& object : json) {
+    if (!object.is_string()) return data("\"objects\" holds " + dump(object).substr(0, 80) + ", which is not a name");
+    objects.push_back(object.get<std::string>());
+  }
+  return objects;
+}
+
+Status check_single_values(const State& state, const std::string& where) {
+  const Literal* last = nullptr;
+  for (const auto& literal : state) {
+    if (last && literal.relation == Relation::equal && last->relation == Relation::equal &&
+        last->predicate == literal.predicate && last->arguments == literal.arguments) {
+      return data(where + ": both " + last->text() + " and " + literal.text() + "; a function has one value");
+    }
+    last = &literal;
+  }
+  return success();
+}
+
 Status check_ground(const Literal& literal, const std::set<std::string>& objects, const std::string& where) {
   if (literal.negated) return data(where + ": " + literal.text() + " is negated; list only what holds");
+  if (literal.relation == Relation::at_least || literal.relation == Relation::at_most) {
+    return data(where + ": " + literal.text() + " is a range; a state gives the value");
+  }
   if (!is_name(literal.predicate)) return data(where + ": \"" + literal.predicate + "\" cannot name a predicate");
   if (literal.arguments.size() > kMaxArity) {
     return data(where + ": " + literal.text() + " has more than " + std::to_string(kMaxArity) + " arguments");
@@ -46,13 +72,58 @@ Status check_ground(const Literal& literal, const std::set<std::string>& objects
 }  // namespace
 
 std::string Literal::text() const {
-  std::string text = negated ? "¬" : "";
+  const bool unequal = negated && relation == Relation::equal;
+  std::string text = negated && !unequal ? "¬" : "";
   text += predicate;
-  if (arguments.empty()) return text;
-  text += "(";
-  for (std::size_t i = 0; i < arguments.size(); ++i) text += (i ? "," : "") + arguments[i];
-  text += ")";
-  return text;
+  if (!arguments.empty()) {
+    text += "(";
+    for (std::size_t i = 0; i < arguments.size(); ++i) text += (i ? "," : "") + arguments[i];
+    text += ")";
+  }
+  if (relation == Relation::none) return text;
+  text += unequal ? "≠" : relation == Relation::equal ? "=" : relation == Relation::at_least ? "≥" : "≤";
+  return text + std::to_string(value);
+}
+
+std::optional<std::int32_t> value_of(const State& state, const std::string& function,
+                                     const std::vector<std::string>& arguments) {
+  const auto at =
+      state.lower_bound({function, arguments, false, Relation::equal, std::numeric_limits<std::int32_t>::min()});
+  if (at == state.end() || at->predicate != function || at->arguments != arguments || at->negated ||
+      at->relation != Relation::equal) {
+    return std::nullopt;
+  }
+  return at->value;
+}
+
+bool holds(const Literal& literal, const State& state) {
+  if (literal.relation == Relation::none) {
+    if (!literal.negated) return state.contains(literal);
+    Literal positive = literal;
+    positive.negated = false;
+    return !state.contains(positive);
+  }
+  const auto value = value_of(state, literal.predicate, literal.arguments);
+  const bool compares = value && (literal.relation == Relation::equal      ? *value == literal.value
+                                  : literal.relation == Relation::at_least ? *value >= literal.value
+                                                                           : *value <= literal.value);
+  return compares != literal.negated;
+}
+
+void make_true(const Literal& literal, State& state) {
+  Literal positive = literal;
+  positive.negated = false;
+  if (literal.relation == Relation::equal) {
+    const auto old = value_of(state, literal.predicate, literal.arguments);
+    if (old && (!literal.negated || *old == literal.value)) {
+      state.erase({literal.predicate, literal.arguments, false, Relation::equal, *old});
+    }
+    if (!literal.negated) state.insert(std::move(positive));
+  } else if (literal.negated) {
+    state.erase(positive);
+  } else {
+    state.insert(std::move(positive));
+  }
 }
 
 bool is_variable(const std::string& term) { return !term.empty() && term[0] >= 'A' && term[0] <= 'Z'; }
@@ -68,8 +139,10 @@ Status validate(const Experience& experience) {
   }
   for (const auto& literal : experience.before) PRIMO_TRY(check_ground(literal, objects, "s"));
   PRIMO_TRY(check_ground(experience.action, objects, "a"));
+  if (experience.action.relation != Relation::none) return data("a: " + experience.action.text() + " has a value");
   for (const auto& literal : experience.after) PRIMO_TRY(check_ground(literal, objects, "s2"));
-  return success();
+  PRIMO_TRY(check_single_values(experience.before, "s"));
+  return check_single_values(experience.after, "s2");
 }
 
 std::string to_json_line(const Experience& experience) {
@@ -94,11 +167,7 @@ Result<Experience> experience_from_json(const std::string& line) {
     if (!json["id"].is_string()) return data("\"id\" is not a string");
     experience.id = json["id"].get<std::string>();
   }
-  if (!json["objects"].is_array()) return data("\"objects\" is not a list of names");
-  for (const auto& object : json["objects"]) {
-    if (!object.is_string()) return data("\"objects\" holds " + dump(object).substr(0, 80) + ", which is not a name");
-    experience.objects.push_back(object.get<std::string>());
-  }
+  PRIMO_ASSIGN(experience.objects, objects_from_json(json["objects"]));
   PRIMO_ASSIGN(experience.before, state_from_json(json["s"], "s"));
   auto action = literal_from_json(json["a"]);
   if (!action.ok()) return action.error().at("a");
@@ -106,6 +175,21 @@ Result<Experience> experience_from_json(const std::string& line) {
   PRIMO_ASSIGN(experience.after, state_from_json(json["s2"], "s2"));
   PRIMO_TRY(validate(experience));
   return experience;
+}
+
+Result<Situation> situation_from_json(const std::string& text) {
+  PRIMO_ASSIGN(const Json json, parse_json(text, kExperienceDepth));
+  if (!json.is_object()) return data("a situation is an object with the keys objects and s");
+  PRIMO_TRY(check_keys(json, {"id", "objects", "s", "a", "s2"}));
+  for (const char* key : {"objects", "s"}) {
+    if (!json.contains(key)) return data("the situation lacks the key \"" + std::string(key) + "\"");
+  }
+  Experience whole;
+  PRIMO_ASSIGN(whole.objects, objects_from_json(json["objects"]));
+  PRIMO_ASSIGN(whole.before, state_from_json(json["s"], "s"));
+  whole.action.predicate = "none";
+  PRIMO_TRY(validate(whole));
+  return Situation{std::move(whole.objects), std::move(whole.before)};
 }
 
 }  // namespace primo::symbols

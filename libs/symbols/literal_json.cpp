@@ -24,6 +24,16 @@ std::string excerpt(const Json& json) {
   return text;
 }
 
+/// A function's value; far enough from the ends of its type for a bound to be moved by one.
+Result<std::int32_t> fluent_value(const Json& json, const Json& literal) {
+  constexpr double kMost = 1e9;
+  const double value = json.get<double>();
+  if (!(value >= -kMost && value <= kMost)) {
+    return data("the value " + excerpt(json) + " in " + excerpt(literal) + "; a value is from -1e9 to 1e9");
+  }
+  return static_cast<std::int32_t>(value);
+}
+
 }  // namespace
 
 Result<Json> parse_json(const std::string& text, int max_depth) {
@@ -67,22 +77,40 @@ bool is_name(const std::string& name) {
 Json literal_to_json(const Literal& literal) {
   Json json = Json::array();
   if (literal.negated) json.push_back("not");
+  if (literal.relation == Relation::at_least) json.push_back(">=");
+  if (literal.relation == Relation::at_most) json.push_back("<=");
   json.push_back(literal.predicate);
   for (const auto& argument : literal.arguments) json.push_back(argument);
+  if (literal.relation != Relation::none) json.push_back(literal.value);
   return json;
 }
 
 Result<Literal> literal_from_json(const Json& json) {
-  const std::string right = "; a literal is [\"predicate\", \"argument\", ...] or [\"not\", \"predicate\", ...]";
+  const std::string right =
+      "; a literal is [\"predicate\", \"argument\", ...], [\"function\", \"argument\", ..., number], or [\"not\", ...]";
   if (!json.is_array() || json.empty()) return data("not a literal: " + excerpt(json) + right);
   Literal literal;
   std::size_t at = 0;
-  if (json[0].is_string() && json[0].get_ref<const std::string&>() == "not") {
+  const auto next_is = [&](const char* word) {
+    return at < json.size() && json[at].is_string() && json[at].get_ref<const std::string&>() == word;
+  };
+  if (next_is("not")) {
     literal.negated = true;
     ++at;
   }
-  if (at == json.size()) return data("a literal without a predicate: " + excerpt(json) + right);
-  for (; at < json.size(); ++at) {
+  if (next_is(">=") || next_is("<=")) {
+    literal.relation = next_is(">=") ? Relation::at_least : Relation::at_most;
+    ++at;
+  }
+  std::size_t end = json.size();
+  if (end > at + 1 && json[end - 1].is_number_integer()) {
+    PRIMO_ASSIGN(literal.value, fluent_value(json[--end], json));
+    if (literal.relation == Relation::none) literal.relation = Relation::equal;
+  } else if (literal.relation != Relation::none) {
+    return data("a range without its number: " + excerpt(json) + right);
+  }
+  if (at == end) return data("a literal without a predicate: " + excerpt(json) + right);
+  for (; at < end; ++at) {
     if (!json[at].is_string() || !is_name(json[at].get_ref<const std::string&>())) {
       return data("not a name: " + excerpt(json[at]) + " in " + excerpt(json) +
                   "; names are 1 to 128 letters, digits or _ - . : / and not \"not\"");

@@ -1,5 +1,5 @@
-// Literals in JSON: ["on","X","Y"], negated ["not","on","X","Y"]; and the strict reading of JSON that experiences and
-// rules share.
+// Literals in JSON: ["on","X","Y"], negated ["not","on","X","Y"]; a function's value ["size","X",3] and its ranges
+// [">=","size","X",3] and ["<=","size","X",3]; and the strict reading of JSON that experiences and rules share.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -22,7 +22,8 @@ Result<Json> parse_json(const std::string& text, int max_depth);
 bool is_name(const std::string& name);
 
 Json literal_to_json(const Literal& literal);
-/// Error (data): not an array of names, an empty one, a double negation, or too many arguments.
+/// Error (data): not an array of names, an empty one, a double negation, a range without its number, or too many
+/// arguments.
 Result<Literal> literal_from_json(const Json& json);
 
 /// The object's keys must all be among `known`; error (data) naming the unknown key and the known ones.

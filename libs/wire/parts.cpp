@@ -107,6 +107,8 @@ msg::Literal to_wire(const symbols::Literal& literal) {
   out.predicate(literal.predicate);
   out.arguments(literal.arguments);
   out.negated(literal.negated);
+  out.relation(static_cast<std::uint8_t>(literal.relation));
+  out.value(literal.value);
   return out;
 }
 
@@ -115,7 +117,11 @@ Result<symbols::Literal> from_wire(const std::string& field, const msg::Literal&
   PRIMO_TRY(check_count(field, literal.arguments().size(), 8));
   PRIMO_TRY(check_texts(field, literal.arguments()));
   if (literal.predicate().empty()) return malformed(field, "is a literal without a predicate");
-  return symbols::Literal{literal.predicate(), literal.arguments(), literal.negated()};
+  if (literal.relation() > 3) {
+    return malformed(field, "has relation " + std::to_string(literal.relation()) + ", expected less than 4");
+  }
+  const auto relation = static_cast<symbols::Relation>(literal.relation());
+  return symbols::Literal{literal.predicate(), literal.arguments(), literal.negated(), relation, literal.value()};
 }
 
 Result<symbols::Literal> from_wire(const msg::Literal& message) { return from_wire("literal", message); }

@@ -31,10 +31,16 @@ msg::Rule to_wire(const rules::Rule& rule) {
     entry.p(outcome.p);
     entry.literals(to_wire(outcome.literals));
     entry.count(outcome.count);
+    const Rate rate{outcome.count, rule.trials()};
+    entry.lower(rate.lower());
+    entry.upper(rate.upper());
     out.outcomes().push_back(std::move(entry));
   }
   out.noise(rule.noise);
   out.noise_count(rule.noise_count);
+  const Rate rate{rule.noise_count, rule.trials()};
+  out.noise_lower(rate.lower());
+  out.noise_upper(rate.upper());
   out.examples(rule.examples);
   return out;
 }
@@ -48,6 +54,8 @@ Result<rules::Rule> from_wire(const std::string& field, const msg::Rule& rule) {
     rules::RuleOutcome outcome;
     PRIMO_TRY(check_probability(field + ".outcomes.p", entry.p()));
     PRIMO_TRY(check_tally(field + ".outcomes.count", entry.count()));
+    PRIMO_TRY(check_probability(field + ".outcomes.lower", entry.lower()));
+    PRIMO_TRY(check_probability(field + ".outcomes.upper", entry.upper()));
     outcome.p = entry.p();
     outcome.count = entry.count();
     PRIMO_ASSIGN(outcome.literals, from_wire(field + ".outcomes.literals", entry.literals()));
@@ -55,6 +63,8 @@ Result<rules::Rule> from_wire(const std::string& field, const msg::Rule& rule) {
   }
   PRIMO_TRY(check_probability(field + ".noise", rule.noise()));
   PRIMO_TRY(check_tally(field + ".noise_count", rule.noise_count()));
+  PRIMO_TRY(check_probability(field + ".noise_lower", rule.noise_lower()));
+  PRIMO_TRY(check_probability(field + ".noise_upper", rule.noise_upper()));
   PRIMO_TRY(check_tally(field + ".examples", rule.examples()));
   out.noise = rule.noise();
   out.noise_count = rule.noise_count();
@@ -106,7 +116,21 @@ msg::RuleSet to_wire(const rules::RuleSet& rules, const std::string& batch, cons
     entry.noise_count(rule.noise_count);
     out.defaults().push_back(std::move(entry));
   }
+  for (const auto& definition : rules.derived) out.derived().push_back(definition.text());
   return out;
+}
+
+void add_news(const RuleSetNews& news, msg::RuleSet& message) {
+  message.version(news.version);
+  message.score(news.score);
+  const auto texts = [](const std::vector<rules::Rule>& rules) {
+    std::vector<std::string> list;
+    for (const auto& rule : rules) list.push_back(rules::to_text(rule));
+    return list;
+  };
+  message.added(texts(news.difference.added));
+  message.removed(texts(news.difference.removed));
+  message.changed(texts(news.difference.changed));
 }
 
 Result<rules::RuleSet> from_wire(const msg::RuleSet& message) {
@@ -119,6 +143,15 @@ Result<rules::RuleSet> from_wire(const msg::RuleSet& message) {
   for (const msg::Rule& rule : message.rules()) {
     PRIMO_ASSIGN(rules::Rule converted, from_wire("rule_set.rules", rule));
     out.rules.push_back(std::move(converted));
+  }
+  PRIMO_TRY(check_count("rule_set.derived", message.derived().size()));
+  for (const std::string& text : message.derived()) {
+    auto definition = symbols::definition_from_text(text);
+    if (!definition.ok()) return malformed("rule_set.derived", definition.error().message);
+    out.derived.push_back(std::move(definition).value());
+  }
+  for (const auto* texts : {&message.added(), &message.removed(), &message.changed()}) {
+    PRIMO_TRY(check_count("rule_set.added, removed, changed", texts->size()));
   }
   PRIMO_TRY(check_count("rule_set.defaults", message.defaults().size()));
   for (const msg::DefaultRule& entry : message.defaults()) {

@@ -14,6 +14,7 @@
 #include "core/result.h"
 #include "motion/plan.h"
 #include "physics/verdict.h"
+#include "rules/analysis.h"
 #include "rules/rule.h"
 #include "scene/estimate.h"
 #include "scene/scenario.h"
@@ -62,6 +63,13 @@ Result<symbols::Experience> from_wire(const msg::Experience& message);
 /// number of experiences and the digest over their ids (see experience_digest()).
 msg::RuleSet to_wire(const rules::RuleSet& rules, const std::string& batch, const std::string& action, int experiences,
                      const std::string& digest);
+/// What is new in a rule set of a batch.
+struct RuleSetNews {
+  std::uint32_t version = 0;
+  double score = 0;
+  rules::Difference difference;
+};
+void add_news(const RuleSetNews& news, msg::RuleSet& message);
 /// Error also when the message says that nothing could be learned.
 Result<rules::RuleSet> from_wire(const msg::RuleSet& message);
 /// 16 hex digits over the ids in order of id; the order given doesn't matter.

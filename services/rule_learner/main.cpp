@@ -1,14 +1,18 @@
-// rule_learner: collects experiences by batch and learns the rules of each batch that has grown. The rules say which
-// experiences they cover (a digest of the ids), so whoever sent them knows when its batch is complete.
+// rule_learner: collects experiences by batch and learns the rules of each batch that has grown, from what it computed
+// before. The rules say which experiences they cover (a digest of the ids), so whoever sent them knows when its batch
+// is complete; and what is new in them.
 #include <primo_rules.h>
 
 #include <condition_variable>
 #include <list>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <set>
 
 #include "bus/latched.h"
-#include "rules/learner.h"
+#include "rules/analysis.h"
+#include "rules/online.h"
 #include "service/service.h"
 #include "wire/wire.h"
 
@@ -31,9 +35,14 @@ struct RuleLearnerConfig {
 };
 
 struct Batch {
-  std::map<std::string, symbols::Experience> experiences;  // by id
-  std::string digest;                                      // of what `rules` were learned from; empty: nothing yet
-  topics::msg::RuleSet rules;
+  std::unique_ptr<rules::OnlineLearner> learner;
+  std::set<std::string> ids;
+  std::string action;   // "*" unless all experiences are of one action
+  std::string digest;   // of what `message` was learned from; empty: nothing yet
+  std::string refused;  // why an experience could not be used
+  std::uint32_t version = 0;
+  rules::RuleSet last;
+  topics::msg::RuleSet message;
 };
 
 /// Experiences on their way from the bus to the learning thread.
@@ -59,33 +68,37 @@ class Inbox {
   std::list<topics::msg::Experience> waiting_;
 };
 
-/// "*" unless all experiences are of one action.
-std::string action_of(const Batch& batch) {
-  const std::string& first = batch.experiences.begin()->second.action.predicate;
-  for (const auto& [id, experience] : batch.experiences) {
-    if (experience.action.predicate != first) return "*";
+/// Takes an experience into its batch. One whose id is there already changes nothing, whatever it holds.
+Status take(Batch& batch, const symbols::Experience& experience, const RuleLearnerConfig& config) {
+  if (!batch.learner) {
+    PRIMO_ASSIGN(batch.learner, rules::OnlineLearner::create(config.learner));
   }
-  return first;
+  if (!batch.ids.insert(experience.id).second) return success();
+  const std::string& action = experience.action.predicate;
+  batch.action = batch.action.empty() || batch.action == action ? action : "*";
+  const auto noted = batch.learner->note(experience, "experience " + experience.id);
+  if (!noted.ok()) batch.refused = noted.error().message;
+  return success();
 }
 
-void learn(const std::string& name, Batch& batch, const RuleLearnerConfig& config, service::Context& context) {
-  std::vector<std::string> ids;
-  std::vector<symbols::Experience> experiences;
-  for (const auto& [id, experience] : batch.experiences) {
-    ids.push_back(id);
-    experiences.push_back(experience);
-  }
-  const std::string digest = wire::experience_digest(ids);
+void learn(const std::string& name, Batch& batch, service::Context& context) {
+  const std::string digest = wire::experience_digest({batch.ids.begin(), batch.ids.end()});
   // The same batch may be sent again, by a sender that has started again: the answer stands.
   if (digest == batch.digest) return;
   context.status().job_started();
-  const auto rules = rules::learn(experiences, config.learner);
-  batch.rules = wire::to_wire(rules.ok() ? *rules : rules::RuleSet{}, name, action_of(batch),
-                              static_cast<int>(ids.size()), digest);
-  if (!rules.ok()) batch.rules.error(rules.error().message);
+  const bool ok = batch.refused.empty();
+  if (ok) batch.learner->settle();
+  const rules::RuleSet rules = ok ? batch.learner->rules() : rules::RuleSet{};
+  const int experiences = static_cast<int>(batch.ids.size());
+  batch.message = wire::to_wire(rules, name, batch.action, experiences, digest);
+  wire::add_news({++batch.version, ok ? batch.learner->score() : 0, rules::difference(batch.last, rules)},
+                 batch.message);
+  batch.message.error(batch.refused);
+  batch.last = rules;
   batch.digest = digest;
-  context.status().job_finished(rules.ok(), rules.ok() ? "" : rules.error().message);
-  context.log().info("batch {}: {} experiences, {} rules", name, ids.size(), batch.rules.rules().size());
+  context.status().job_finished(ok, batch.refused);
+  context.log().info("batch {}: {} experiences, {} rules, version {}, score {:.2f}", name, experiences,
+                     rules.rules.size(), batch.version, batch.message.score());
 }
 
 Status run(const RuleLearnerConfig& config, service::Context& context) {
@@ -111,13 +124,12 @@ Status run(const RuleLearnerConfig& config, service::Context& context) {
       touched.push_back(message.batch());
       order.remove(message.batch());
       order.push_back(message.batch());
-      const std::string id = experience->id;
-      batches[message.batch()].experiences.try_emplace(id, std::move(experience).value());
+      PRIMO_TRY(take(batches[message.batch()], *experience, config));
     }
     if (!arrived.empty()) continue;
     for (const auto& name : touched) {
-      learn(name, batches[name], config, context);
-      PRIMO_TRY(publisher.publish(batches[name].rules));
+      learn(name, batches[name], context);
+      PRIMO_TRY(publisher.publish(batches[name].message));
     }
     touched.clear();
     for (; order.size() > static_cast<std::size_t>(config.batches); order.pop_front()) batches.erase(order.front());

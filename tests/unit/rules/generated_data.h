@@ -76,30 +76,36 @@ inline RuleSet grasp_place(double grasp, double place) {
   return rules;
 }
 
-/// Scenes of four objects; half of the experiences are grasps, half places.
+/// A scene of four objects in which one is to be grasped, or placed on another.
+inline Experience draw_grasp_place(Random& random, bool grasp) {
+  Experience experience = make_tabletop(random, 4);
+  const std::string x = numbered("o", random.below(4));
+  std::string y = numbered("o", random.below(4));
+  if (grasp) {
+    experience.action = lit("grasp", {x});
+    return experience;
+  }
+  while (y == x) y = numbered("o", random.below(4));
+  if (random.below(4) != 0) {  // x is in the hand; what stood on it now stands on the table
+    std::erase_if(experience.before, [&](const Literal& l) { return l.predicate == "on" && l.arguments[0] == x; });
+    State moved;
+    for (const auto& l : experience.before) {
+      moved.insert(l.predicate == "on" && l.arguments[1] == x ? lit("on", {l.arguments[0], "t"}) : l);
+    }
+    experience.before = moved;
+    experience.before.insert(lit("inhand", {x}));
+  }
+  experience.action = lit("place", {x, y});
+  return experience;
+}
+
+/// Half of the experiences are grasps, half places.
 inline std::vector<Experience> grasp_place_data(const RuleSet& rules, int n, std::uint64_t seed) {
   std::vector<Experience> data;
   for (int i = 0; i < n; ++i) {
     Random random(seed, "grasp and place", {static_cast<std::uint64_t>(i)});
-    Experience experience = make_tabletop(random, 4);
+    Experience experience = draw_grasp_place(random, i % 2 == 0);
     experience.id = numbered("e", static_cast<std::uint64_t>(i));
-    const std::string x = numbered("o", random.below(4));
-    std::string y = numbered("o", random.below(4));
-    if (i % 2 == 0) {
-      experience.action = lit("grasp", {x});
-    } else {
-      while (y == x) y = numbered("o", random.below(4));
-      if (random.below(4) != 0) {  // x is in the hand; what stood on it now stands on the table
-        std::erase_if(experience.before, [&](const Literal& l) { return l.predicate == "on" && l.arguments[0] == x; });
-        State moved;
-        for (const auto& l : experience.before) {
-          moved.insert(l.predicate == "on" && l.arguments[1] == x ? lit("on", {l.arguments[0], "t"}) : l);
-        }
-        experience.before = moved;
-        experience.before.insert(lit("inhand", {x}));
-      }
-      experience.action = lit("place", {x, y});
-    }
     act(random, rules, experience);
     data.push_back(std::move(experience));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "generated_data.h"
+#include "rules/score.h"
 
 namespace primo::rules {
 namespace {
@@ -259,10 +260,10 @@ TEST(Learn, refuses_ill_formed_experiences_and_settings) {
 
 TEST(Learn, returns_the_best_rules_so_far_when_its_evaluations_are_spent) {
   const auto data = generated::grasp_place_data(generated::grasp_place(0.9, 0.9), 200, 1);
-  const auto full = learned(data), early = learned(data, {.max_evaluations = 5});
-  EXPECT_EQ(to_json(early), to_json(learned(data, {.max_evaluations = 5})));
+  const auto full = learned(data), early = learned(data, {.max_candidates = 5});
+  EXPECT_EQ(to_json(early), to_json(learned(data, {.max_candidates = 5})));
   EXPECT_LT(score(early, data), score(full, data));
-  const auto nothing = learned(data, {.max_steps = 1, .max_evaluations = 1});
+  const auto nothing = learned(data, {.max_steps = 1, .max_candidates = 1});
   EXPECT_GE(score(early, data), score(nothing, data));
 }
 

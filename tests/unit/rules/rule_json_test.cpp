@@ -55,7 +55,7 @@ TEST(RulesJson, errors_say_where_and_what_would_be_right) {
   const auto rule = [](const std::string& body) { return message(R"({"rules":[{)" + body + "}]}"); };
   const std::string head = R"("action":["a","X"],"context":[],)";
   EXPECT_NE(message("{}").find("\"rules\" must be a list"), std::string::npos);
-  EXPECT_NE(message(R"({"rules":[],"defaults":{}})").find("known: rules, default"), std::string::npos);
+  EXPECT_NE(message(R"({"rules":[],"defaults":{}})").find("known: rules, default, derived"), std::string::npos);
   EXPECT_NE(rule(R"("action":["a"])").find("rules[0]: lacks the key \"context\""), std::string::npos);
   EXPECT_NE(rule(head + R"("outcomes":[],"noise":0.5)").find("sum to 0.5"), std::string::npos);
   EXPECT_NE(rule(head + R"("outcomes":[[2,[]]],"noise":0)").find("outcomes[0] is 2; a probability"), std::string::npos);

@@ -46,7 +46,13 @@ class Draw {
   }
   Pose pose_of() { return pose(vector(), vector()); }
 
-  symbols::Literal literal(bool may_be_negated = true) { return {word(), words(), may_be_negated && coin()}; }
+  symbols::Literal literal(bool may_be_negated = true) {
+    symbols::Literal out{word(), words(), may_be_negated && coin()};
+    if (coin()) return out;
+    out.relation = static_cast<symbols::Relation>(integer(1, may_be_negated ? 3 : 1));
+    out.value = integer(-1000, 1000);
+    return out;
+  }
   std::vector<symbols::Literal> literals() {
     std::vector<symbols::Literal> all(static_cast<std::size_t>(integer(0, 4)));
     for (auto& one : all) one = literal();
@@ -252,6 +258,10 @@ class Draw {
     }
     for (int i = integer(0, 3); i > 0; --i)
       out.defaults[word()] = {real(0, 1), real(0, 1), integer(0, 9), integer(0, 9)};
+    for (int i = integer(0, 2); i > 0; --i) {
+      const std::string head = i == 1 ? "top(X)" : "bottom(X)";
+      out.derived.push_back(symbols::definition_from_text(head + " := not exists Y: on(Y,X)").value());
+    }
     return out;
   }
   study::OptimizeGoal goal() {

@@ -233,10 +233,41 @@ TEST(Wire, refusals_name_the_field_and_what_would_be_right) {
   goal.scenarios().assign(1, to_wire(draw.scenario()));
   EXPECT_EQ(from_wire(goal).error().message, "malformed message: goal has 1 scenarios but 0 estimates");
 
+  msg::Literal literal;
+  literal.predicate("size");
+  literal.relation(4);
+  EXPECT_EQ(from_wire(literal).error().message, "malformed message: literal has relation 4, expected less than 4");
+
+  auto defined = to_wire(rules::RuleSet{}, "batch", "*", 0, "");
+  defined.derived({"top(X) :="});
+  EXPECT_NE(from_wire(defined).error().message.find("rule_set.derived"), std::string::npos);
+
   msg::RuleSet failed;
   failed.error("no experiences");
   EXPECT_EQ(from_wire(failed).error().code, Code::failed);
   EXPECT_EQ(from_wire(failed).error().message, "no experiences");
+}
+
+TEST(Wire, rules_carry_their_intervals_version_score_and_news) {
+  const rules::Rule rule{.action = {"dry", {}},
+                         .context = {},
+                         .outcomes = {{0.94, {{"wet", {}, true}}, 47}},
+                         .noise = 0.06,
+                         .noise_count = 3,
+                         .examples = 50};
+  rules::RuleSet rules;
+  rules.rules = {rule};
+  auto message = to_wire(rules, "batch", "dry", 50, "digest");
+  // Wilson's interval of 47/50 is 0.838 to 0.979, of 3/50 0.021 to 0.162.
+  EXPECT_NEAR(message.rules()[0].outcomes()[0].lower(), 0.838, 5e-4);
+  EXPECT_NEAR(message.rules()[0].outcomes()[0].upper(), 0.979, 5e-4);
+  EXPECT_NEAR(message.rules()[0].noise_lower(), 0.021, 5e-4);
+  EXPECT_NEAR(message.rules()[0].noise_upper(), 0.162, 5e-4);
+  add_news({7, -12.5, rules::difference({}, rules)}, message);
+  EXPECT_EQ(message.version(), 7u);
+  EXPECT_EQ(message.score(), -12.5);
+  EXPECT_EQ(message.added(), std::vector<std::string>{rules::to_text(rule)});
+  EXPECT_TRUE(message.removed().empty() && message.changed().empty());
 }
 
 TEST(Ros, a_cloud_goes_through_pointcloud2_unchanged) {
