@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "core/hash.h"
 #include "wire/check.h"
@@ -22,6 +23,12 @@ Status check_tally(const std::string& field, std::int64_t count) {
   return malformed(field, "is " + std::to_string(count) + ", expected 0 or more");
 }
 
+/// The ends of the 95 % interval of `count` in the rule's examples.
+std::pair<double, double> interval(std::int64_t count, const rules::Rule& rule) {
+  const Rate rate{std::min(count, rule.trials()), rule.trials()};
+  return {std::clamp(rate.lower(), 0.0, 1.0), std::clamp(rate.upper(), 0.0, 1.0)};
+}
+
 msg::Rule to_wire(const rules::Rule& rule) {
   msg::Rule out;
   out.action(to_wire(rule.action));
@@ -31,16 +38,16 @@ msg::Rule to_wire(const rules::Rule& rule) {
     entry.p(outcome.p);
     entry.literals(to_wire(outcome.literals));
     entry.count(outcome.count);
-    const Rate rate{outcome.count, rule.trials()};
-    entry.lower(rate.lower());
-    entry.upper(rate.upper());
+    const auto [lower, upper] = interval(outcome.count, rule);
+    entry.lower(lower);
+    entry.upper(upper);
     out.outcomes().push_back(std::move(entry));
   }
   out.noise(rule.noise);
   out.noise_count(rule.noise_count);
-  const Rate rate{rule.noise_count, rule.trials()};
-  out.noise_lower(rate.lower());
-  out.noise_upper(rate.upper());
+  const auto [lower, upper] = interval(rule.noise_count, rule);
+  out.noise_lower(lower);
+  out.noise_upper(upper);
   out.examples(rule.examples);
   return out;
 }

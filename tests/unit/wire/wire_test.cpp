@@ -239,7 +239,7 @@ TEST(Wire, refusals_name_the_field_and_what_would_be_right) {
   EXPECT_EQ(from_wire(literal).error().message, "malformed message: literal has relation 4, expected less than 4");
 
   auto defined = to_wire(rules::RuleSet{}, "batch", "*", 0, "");
-  defined.derived({"top(X) :="});
+  defined.derived(std::vector<std::string>{"top(X) :="});
   EXPECT_NE(from_wire(defined).error().message.find("rule_set.derived"), std::string::npos);
 
   msg::RuleSet failed;
