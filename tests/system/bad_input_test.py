@@ -151,7 +151,7 @@ class Refused(unittest.TestCase):
 
     def test_experiences_that_are_none(self):
         lines = self.write("experience.jsonl", '{"objects":["c1"],"s":[],"a":["grasp","c1"],"s2":[]}\n{"objects":\n')
-        self.refused(CONFIGURATION, ["experience.jsonl:2"], "rules", "learn", lines)
+        self.refused(CONFIGURATION, ["experience.jsonl:2"], "rules", "learn", "--experiences", lines)
 
     def test_a_plan_for_another_robot(self):
         plan = self.write("plan.json", '{"trajectory": {"joints": ["a"], "dt": 0.1, "q": [[0.0]]}}')
