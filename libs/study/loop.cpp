@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "core/files.h"
@@ -195,6 +196,20 @@ Tries Loop::displaced_tries(const motion::Primitive& primitive, physics::Mode mo
   return tries;
 }
 
+/// By which criteria a placed object is on its support; empty where nothing was placed.
+std::string on_by(const physics::Verdict& verdict) {
+  const auto met = [&](const char* name) -> std::optional<bool> {
+    for (const auto& criterion : verdict.criteria) {
+      if (criterion.name == name) return criterion.met;
+    }
+    return std::nullopt;
+  };
+  const auto full = met("on"), paper = met("on_paper");
+  if (!full || !paper) return {};
+  if (*full) return *paper ? "both" : "full only";
+  return *paper ? "paper only" : "neither";
+}
+
 Rates Loop::rates(const Tries& tries, const std::vector<Literal>& desired) const {
   Rates rates;
   for (std::size_t i = 0; i < tries.results.size(); ++i) {
@@ -206,6 +221,7 @@ Rates Loop::rates(const Tries& tries, const std::vector<Literal>& desired) const
     rates.gamma += trajectory_fitness(result, success, study_.settings.optimizer.settings.fitness) /
                    static_cast<double>(tries.results.size());
     ++rates.outcomes[config::enum_name(result.verdict.outcome)];
+    if (const auto by = on_by(result.verdict); !by.empty()) ++rates.on[by];
   }
   return rates;
 }

@@ -123,7 +123,8 @@ std::string rates(const Material& m) {
                    row("Displaced scenes, executed", p.executed, q.executed),
                    row("Executed, of those strictly accepted", p.executed_of_strict, q.executed_of_strict)});
   return out +
-         "<p class=\"note\"><b>Final pose</b>: the last configuration holds the object through the jiggle, as in the "
+         "<p class=\"note\"><b>Final pose</b>: the last configuration holds the object through the jiggle, or leaves "
+         "it on its support, as in the "
          "paper. <b>Strict</b>: "
          "and the path keeps clear of obstacles, table and target, joint limits and speeds. <b>Executed</b>: the whole "
          "motion in full "
@@ -145,7 +146,7 @@ std::string pictures(const Material& m) {
 std::string scene_picture(const Material& m) {
   return "<figure><img style=\"max-width:720px\" alt=\"training scene\" src=\"" + html::png_url(m.pictures.scene) +
          "\"><figcaption>Training scene “" + escape(m.pictures.scenario) +
-         "”; the purple object is to be grasped.</figcaption></figure>";
+         "”; the purple object is the action's.</figcaption></figure>";
 }
 
 std::string curves(const Material& m) {
@@ -201,10 +202,12 @@ std::string precisions(const Material& m) {
   return html::table({"Task variable", "ρ of P", "ρ of P*", "log₁₀ P", "log₁₀ P*"}, rows) + sensitivity_table(m);
 }
 
-std::string outcomes(const Material& m) {
+/// Counts of P and P* on the displaced scenes, as bars.
+std::string counts_table(const Material& m, const std::string& title, const std::map<std::string, int>& before,
+                         const std::map<std::string, int>& after) {
   std::map<std::string, std::pair<int, int>> counts;
-  for (const auto& [name, count] : m.before().displaced.outcomes) counts[name].first = count;
-  for (const auto& [name, count] : m.after().displaced.outcomes) counts[name].second = count;
+  for (const auto& [name, count] : before) counts[name].first = count;
+  for (const auto& [name, count] : after) counts[name].second = count;
   const auto bar = [](int count, std::int64_t of, const char* colour) {
     const double share = of > 0 ? 100.0 * count / static_cast<double>(of) : 0;
     return std::to_string(count) + "<div class=\"bar\"><i style=\"width:" + number("%.0f", share) +
@@ -217,7 +220,19 @@ std::string outcomes(const Material& m) {
     rows.push_back({escape(name), bar(both.first, m.before().displaced.strict.trials, "--before"),
                     bar(both.second, m.after().displaced.strict.trials, "--after")});
   }
-  return html::table({"Final pose on displaced scenes", "P", "P*"}, rows);
+  return html::table({title, "P", "P*"}, rows);
+}
+
+std::string outcomes(const Material& m) {
+  return counts_table(m, "Final pose on displaced scenes", m.before().displaced.outcomes, m.after().displaced.outcomes);
+}
+
+/// Where the paper's criterion of a place and the full one differ.
+std::string criteria_of_places(const Material& m) {
+  return "<p>The paper's criterion is the vertical displacement at the end of the motion. The full one also asks, "
+         "after the "
+         "hand has let go, for horizontal offset, tilt, rest, contact with the support and none with the hand.</p>" +
+         counts_table(m, "On its support, displaced scenes", m.before().displaced.on, m.after().displaced.on);
 }
 
 std::string finalists(const Material& m) {
@@ -277,7 +292,8 @@ std::string page(const Material& m) {
   out += section("How often it works", rates(m));
   out += section("The search", curves(m));
   out += section("Precisions", precisions(m));
-  out += section("How the grasps ended", outcomes(m));
+  out += section(m.before().displaced.on.empty() ? "How the grasps ended" : "How the places ended", outcomes(m));
+  if (!m.before().displaced.on.empty()) out += section("Two criteria of a place", criteria_of_places(m));
   out += section("The choice", finalists(m));
   out += section("A training scene", scene_picture(m));
   out += section("Behind it", timings(m) + "<details><summary>All learned rules</summary><pre>with P\n\n" +

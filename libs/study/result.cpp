@@ -13,13 +13,22 @@ namespace {
 using json::Json;
 
 Json to_json(const Rates& rates) {
-  Json outcomes = Json::object();
-  for (const auto& [name, count] : rates.outcomes) outcomes[name] = count;
-  return {{"final_pose", json::rate(rates.final_pose)},
-          {"strict", json::rate(rates.strict)},
-          {"desired", json::rate(rates.desired)},
-          {"gamma", json::number(rates.gamma)},
-          {"outcomes", std::move(outcomes)}};
+  Json all = {{"final_pose", json::rate(rates.final_pose)},
+              {"strict", json::rate(rates.strict)},
+              {"desired", json::rate(rates.desired)},
+              {"gamma", json::number(rates.gamma)},
+              {"outcomes", Json(rates.outcomes)}};
+  if (!rates.on.empty()) all["on"] = Json(rates.on);
+  return all;
+}
+
+void get_counts(const Json& at, const std::string& name, std::map<std::string, int>& counts) {
+  const Json& found = json::field(at, name.c_str());
+  if (!found.is_object()) throw json::Malformed{"'" + name + "' must be an object"};
+  for (const auto& [key, count] : found.items()) {
+    if (!count.is_number_integer()) throw json::Malformed{"'" + name + "." + key + "' must be a whole number"};
+    counts[key] = count.get<int>();
+  }
 }
 
 Rates rates_from(const Json& at) {
@@ -28,12 +37,8 @@ Rates rates_from(const Json& at) {
   json::get(at, "strict", rates.strict);
   json::get(at, "desired", rates.desired);
   json::get(at, "gamma", rates.gamma);
-  const Json& outcomes = json::field(at, "outcomes");
-  if (!outcomes.is_object()) throw json::Malformed{"'outcomes' must be an object"};
-  for (const auto& [name, count] : outcomes.items()) {
-    if (!count.is_number_integer()) throw json::Malformed{"'outcomes." + name + "' must be a whole number"};
-    rates.outcomes[name] = count.get<int>();
-  }
+  get_counts(at, "outcomes", rates.outcomes);
+  if (at.contains("on")) get_counts(at, "on", rates.on);
   return rates;
 }
 

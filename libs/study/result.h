@@ -17,6 +17,8 @@ struct Rates {
   Rate desired;                         ///< strict, and the rule's desired outcome holds
   double gamma = 0;                     ///< mean fitness
   std::map<std::string, int> outcomes;  ///< how many ended in each physics::Outcome
+  /// Of places: how many are on their support by "both" criteria, "full only", "paper only" or "neither".
+  std::map<std::string, int> on;
 };
 
 /// What was seen of one primitive.

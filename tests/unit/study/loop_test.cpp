@@ -130,6 +130,18 @@ TEST_F(LoopTest, result_reads_back_to_the_same_bytes) {
   for (std::size_t n = 0; n < text.size(); n += 101) EXPECT_FALSE(result_from_json(text.substr(0, n)).ok());
 }
 
+TEST_F(LoopTest, counts_of_a_places_two_criteria_are_kept_with_the_result) {
+  SyntheticWorkers workers;
+  ASSERT_TRUE(run_study(study, directory / "run", workers).ok());
+  auto result = result_from_json(result_text("run"));
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_TRUE(result->collections[0].displaced.on.empty()) << "a grasp is not placed";
+  result->collections[0].displaced.on = {{"both", 3}, {"paper only", 2}};
+  const auto back = result_from_json(to_json(*result));
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->collections[0].displaced.on, result->collections[0].displaced.on);
+}
+
 TEST_F(LoopTest, ends_with_the_same_bytes_however_often_it_was_stopped) {
   SyntheticWorkers undisturbed;
   ASSERT_TRUE(run_study(study, directory / "whole", undisturbed).ok());
