@@ -36,12 +36,7 @@ Result<robot::Frame> find_frame(const robot::Robot& robot, const PlanningScene& 
   if (name == "grasp") return robot.grasp_frame();
   if (name == "world") return robot::Frame{};
   std::string known = "grasp, tool, world";
-  if (name == "tool") {
-    const std::string& last = robot.file().arm.back().joint;
-    const auto joint = std::find_if(robot.chain().begin(), robot.chain().end(),
-                                    [&](const robot::ChainJoint& candidate) { return candidate.name == last; });
-    return robot::Frame{joint->body, Pose::Identity()};
-  }
+  if (name == "tool") return robot::Frame{robot.tool_body(), Pose::Identity()};
   for (const auto& tip : robot.fingertips()) {
     if (tip.name == name) return tip.frame;
     known += ", " + tip.name;

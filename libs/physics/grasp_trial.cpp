@@ -192,12 +192,9 @@ Result<HandWorkspace> HandWorkspace::create(const robot::Robot& robot, const mjM
   PRIMO_ASSIGN(w.model, hand_model(robot, whole, object, mass, timestep));
   w.data = Data(w.model);
   w.joints = JointMap(robot, w.model.get());
-  const robot::Kinematics home = robot.forward(robot.home());
-  for (const auto& joint : robot.chain()) {
-    if (joint.name != robot.file().arm.back().joint) continue;
-    const Pose& X_WP = home.X_WB[static_cast<std::size_t>(joint.body)];
-    w.centre = X_WP.inverse(Eigen::Isometry) * robot.pose(home, robot.grasp_frame()).translation();
-  }
+  const Eigen::VectorXd& home = robot.home();
+  w.centre = palm_pose(robot, home).inverse(Eigen::Isometry) *
+             robot.pose(robot.forward(home), robot.grasp_frame()).translation();
   w.object_body = w.model.body(kHandObject);
   w.object_geom = w.model.geom(kHandObject);
   w.object_joint = w.model.joint(kHandObject);

@@ -201,11 +201,7 @@ std::string hand_size_mjcf(const robot::Robot& robot) {
 }  // namespace
 
 Pose palm_pose(const robot::Robot& robot, const Eigen::VectorXd& q) {
-  const robot::Kinematics kinematics = robot.forward(q);
-  for (const auto& joint : robot.chain()) {
-    if (joint.name == robot.file().arm.back().joint) return kinematics.X_WB[static_cast<std::size_t>(joint.body)];
-  }
-  return Pose::Identity();
+  return robot.forward(q).X_WB[static_cast<std::size_t>(robot.tool_body())];
 }
 
 Result<HandMjcf> hand_mjcf(const robot::Robot& robot, const mjModel* model) {

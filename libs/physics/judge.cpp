@@ -118,16 +118,9 @@ double place_error(const robot::Robot& robot, const JudgeRequest& request) {
   return std::hypot(at.offset, at.height);
 }
 
-/// The body that the last arm joint moves: the hand's frame P.
-int palm_body(const robot::Robot& robot) {
-  for (const auto& joint : robot.chain()) {
-    if (joint.name == robot.file().arm.back().joint) return joint.body;
-  }
-  return 0;
-}
-
 /// Upper bound of the distance from P's origin to any point of the hand, whatever the fingers do, m.
-double hand_reach(const robot::Robot& robot, int palm) {
+double hand_reach(const robot::Robot& robot) {
+  const int palm = robot.tool_body();
   const robot::Kinematics home = robot.forward(robot.home());
   const auto& chain = robot.chain();
   double reach = 0;
@@ -186,8 +179,7 @@ std::string first_beyond_limits(const robot::Robot& robot, const JudgeRequest& r
 struct Judge::Impl {
   using Key = std::tuple<int, double, double, double, double, double>;  // shape type, its sizes, mass, time step
 
-  explicit Impl(robot::Robot r)
-      : robot(std::move(r)), palm(palm_body(robot)), reach(hand_reach(robot, palm)), places(robot) {}
+  explicit Impl(robot::Robot r) : robot(std::move(r)), reach(hand_reach(robot)), places(robot) {}
 
   Result<std::unique_ptr<HandWorkspace>> take(const Key& key, const Shape& shape, double mass, double timestep) {
     {
@@ -222,7 +214,6 @@ struct Judge::Impl {
   Result<TrialResult> final_pose(const JudgeRequest& request, const scene::Object& target, Verdict& verdict);
 
   const robot::Robot robot;
-  const int palm;
   const double reach;
   PlaceTrials places;
   std::mutex mutex;
@@ -245,7 +236,7 @@ Result<TrialResult> Judge::Impl::final_pose(const JudgeRequest& request, const s
     result.score = penetration_score(verdict.position_error, penetration, request.settings.max_penetration);
     return result;
   }
-  const Pose X_WP = robot.forward(q).X_WB[static_cast<std::size_t>(palm)];
+  const Pose X_WP = palm_pose(robot, q);
   // Where no finger can get whatever it does, the simulation could only find no contact.
   if ((X_WO.translation() - X_WP.translation()).norm() > reach + robot::bounding_radius(shape)) {
     result.outcome = Outcome::no_contact;
@@ -390,7 +381,7 @@ Result<Verdict> Judge::evaluate(const JudgeRequest& asked, Recording* recording)
       if (!refused) aftermath.knocked = touched;
     }
   } else if (trial.steps > 0 && trial.outcome != Outcome::unstable) {
-    aftermath.X_WO_target = kinematics.X_WB[static_cast<std::size_t>(impl_->palm)] * trial.X_PO;
+    aftermath.X_WO_target = kinematics.X_WB[static_cast<std::size_t>(robot.tool_body())] * trial.X_PO;
   }
   const bool simulated = world && (request.mode == Mode::execute || verdict.path_clean);
   if (!simulated) world = snapshot_after(request.scenario, name, aftermath);

@@ -146,12 +146,12 @@ class ModelReader {
   }
 
   Status read_bodies() {
-    const int hand_root = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, robot_.file_.arm.back().joint.c_str())];
+    robot_.tool_body_ = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, robot_.file_.arm.back().joint.c_str())];
     for (int b = 0; b < model_.nbody; ++b) {
       Body body;
       body.name = name_of(model_, mjOBJ_BODY, b);
       body.parent = b == 0 ? -1 : model_.body_parentid[b];
-      body.hand = b > 0 && (body.parent == hand_root || robot_.bodies_[body.parent].hand);
+      body.hand = b > 0 && (body.parent == robot_.tool_body_ || robot_.bodies_[body.parent].hand);
       robot_.X_PB_.push_back(b == 0 ? Pose::Identity() : pose_from(model_.body_pos + 3 * b, model_.body_quat + 4 * b));
       robot_.turned_.push_back(!robot_.X_PB_.back().linear().isIdentity(0));
       robot_.first_joint_.push_back(static_cast<int>(robot_.chain_.size()));
@@ -249,8 +249,7 @@ class ModelReader {
 
   Status read_frames() {
     PRIMO_ASSIGN(robot_.grasp_frame_, frame("grasp_frame", robot_.file_.grasp_frame));
-    const int palm = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, robot_.file_.arm.back().joint.c_str())];
-    if (robot_.grasp_frame_.body != palm && !robot_.bodies_[robot_.grasp_frame_.body].hand)
+    if (robot_.grasp_frame_.body != robot_.tool_body_ && !robot_.bodies_[robot_.grasp_frame_.body].hand)
       return refuse("grasp_frame: the last arm joint does not move it; it must be of the hand");
     if (const auto tips = robot_.file_.fingertips.size(); tips < 2 || tips > 5)
       return refuse("fingertips: " + std::to_string(tips) + " are listed, must be 2 … 5");

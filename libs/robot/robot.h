@@ -191,6 +191,8 @@ class Robot {
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<ChainJoint>& chain() const { return chain_; }
   const std::vector<LinkShape>& link_shapes() const { return link_shapes_; }
+  /// The body that the last arm joint moves: the hand's frame P.
+  int tool_body() const { return tool_body_; }
   const Frame& grasp_frame() const { return grasp_frame_; }
   const std::vector<Fingertip>& fingertips() const { return fingertips_; }
 
@@ -237,6 +239,7 @@ class Robot {
   std::vector<int> first_joint_;          // by body: its range in chain_, bodies + 1 entries
   std::vector<std::vector<int>> moving_;  // by body: the chain joints that move it
   std::vector<LinkShape> link_shapes_;
+  int tool_body_ = 0;
   Frame grasp_frame_;
   std::vector<Fingertip> fingertips_;
 };

@@ -21,11 +21,6 @@ TEST(EarlyDecision, a_final_pose_out_of_reach_gets_the_verdict_that_the_simulati
   const auto& target = *scenario.object("c1");
   auto workspace = HandWorkspace::create(robot, whole->get(), target.shape(), target.mass, 0.002);
   ASSERT_TRUE(workspace.ok());
-  int palm = 0;
-  for (const auto& joint : robot.chain()) {
-    if (joint.name == robot.file().arm.back().joint) palm = joint.body;
-  }
-
   int decided = 0;
   for (std::uint64_t i = 0; decided < 8; ++i) {
     ASSERT_LT(i, 100u) << "too few random poses are out of reach";
@@ -43,8 +38,8 @@ TEST(EarlyDecision, a_final_pose_out_of_reach_gets_the_verdict_that_the_simulati
     ASSERT_TRUE(early.ok()) << early.error().message;
     if (early->outcome != Outcome::no_contact || early->steps != 0) continue;
     ++decided;
-    const TrialResult simulated = run_trial(robot, *workspace, q, robot.forward(q).X_WB[static_cast<std::size_t>(palm)],
-                                            target.X_WO(), early->position_error, request.settings, request.seed);
+    const TrialResult simulated = run_trial(robot, *workspace, q, palm_pose(robot, q), target.X_WO(),
+                                            early->position_error, request.settings, request.seed);
     EXPECT_GT(simulated.steps, 0);
     EXPECT_EQ(simulated.outcome, early->outcome);
     EXPECT_EQ(simulated.score, early->score);
