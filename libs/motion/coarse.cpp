@@ -8,15 +8,20 @@
 namespace primo::motion {
 namespace {
 
-/// model ← a · model + b · other. Which blocks mean anything is a step's own, so both have the same.
-void combine(double a, StageModel& model, double b, const StageModel* other) {
-  model.R_qq *= a;
-  model.r_q *= a;
-  if (other) {
-    model.R_qq += b * other->R_qq;
-    model.r_q += b * other->r_q;
-  }
-  if (!model.moving && !(other && other->moving)) return;
+void scale(StageModel& model, double weight) {
+  model.R_qq *= weight;
+  model.r_q *= weight;
+  if (!model.moving) return;
+  model.R_vq *= weight;
+  model.R_vv *= weight;
+  model.r_v *= weight;
+}
+
+/// model += weight · other; only one of them may depend on v.
+void add(StageModel& model, double weight, const StageModel& other) {
+  model.R_qq += weight * other.R_qq;
+  model.r_q += weight * other.r_q;
+  if (!other.moving) return;
   if (!model.moving) {
     const auto n = model.r_q.size();
     model.R_vq.setZero(n, n);
@@ -24,13 +29,9 @@ void combine(double a, StageModel& model, double b, const StageModel* other) {
     model.r_v.setZero(n);
     model.moving = true;
   }
-  model.R_vq *= a;
-  model.R_vv *= a;
-  model.r_v *= a;
-  if (!other || !other->moving) return;
-  model.R_vq += b * other->R_vq;
-  model.R_vv += b * other->R_vv;
-  model.r_v += b * other->r_v;
+  model.R_vq += weight * other.R_vq;
+  model.R_vv += weight * other.R_vv;
+  model.r_v += weight * other.r_v;
 }
 
 }  // namespace
@@ -54,13 +55,13 @@ double CoarseStages::evaluate(int k, const Eigen::VectorXd& q, const Eigen::Vect
   const auto i = static_cast<std::size_t>(k - 1);
   double cost = stages_.evaluate(at_[i], q, v, model);
   if (k < problem_.steps) {
-    if (model) combine(weight_[i], *model, 0, nullptr);
+    if (model) scale(*model, weight_[i]);
     return weight_[i] * cost;
   }
   const double others = weight_[i] - 1;
   if (!(others > 0) || fine_.steps < 2) return cost;
   cost += others * stages_.evaluate(fine_.steps - 1, q, v, model ? &before_ : nullptr);
-  if (model) combine(1, *model, others, &before_);
+  if (model) add(*model, others, before_);
   return cost;
 }
 

@@ -180,14 +180,17 @@ void MotionCost::add_moving(double rho, const Term& term, StageModel& model) con
 }
 
 template <class F>
+void MotionCost::at_step(const Eigen::MatrixXd& q, int t, F&& visit) {
+  const Eigen::VectorXd q_t = q.col(t - 1);
+  const Eigen::VectorXd q_before = t == 1 ? q_start_ : Eigen::VectorXd(q.col(t - 2));
+  const Eigen::VectorXd v_t = (q_t - q_before) / dt_;
+  robot_.forward(q_t, kinematics_);
+  visit(Configuration{q_t, kinematics_, static_cast<double>(t) / steps_, v_t, dt_}, t);
+}
+
+template <class F>
 void MotionCost::along(const Eigen::MatrixXd& q, F&& visit) {
-  for (int t = 1; t <= steps_; ++t) {
-    const Eigen::VectorXd q_t = q.col(t - 1);
-    const Eigen::VectorXd q_before = t == 1 ? q_start_ : Eigen::VectorXd(q.col(t - 2));
-    const Eigen::VectorXd v_t = (q_t - q_before) / dt_;
-    robot_.forward(q_t, kinematics_);
-    visit(Configuration{q_t, kinematics_, static_cast<double>(t) / steps_, v_t, dt_}, t);
-  }
+  for (int t = 1; t <= steps_; ++t) at_step(q, t, visit);
 }
 
 std::vector<TaskCost> MotionCost::task_costs(const Eigen::MatrixXd& q) {
@@ -207,7 +210,6 @@ std::vector<TaskCost> MotionCost::task_costs(const Eigen::MatrixXd& q) {
 std::string MotionCost::explain(std::size_t task, const Eigen::MatrixXd& q) {
   Term& term = terms_[task];
   double worst = -1;
-  std::string text;
   int worst_step = 0;
   along(q, [&](const Configuration& at, int t) {
     const double rho = precision(term, t);
@@ -217,8 +219,9 @@ std::string MotionCost::explain(std::size_t task, const Eigen::MatrixXd& q) {
     if (cost <= worst) return;
     worst = cost;
     worst_step = t;
-    text = term.variable->explain(at);
   });
+  std::string text;
+  if (worst_step > 0) at_step(q, worst_step, [&](const Configuration& at, int) { text = term.variable->explain(at); });
   return "most at step " + std::to_string(worst_step) + (text.empty() ? "" : ", where " + text);
 }
 

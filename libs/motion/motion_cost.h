@@ -55,7 +55,9 @@ class MotionCost final : public StageCosts {
 
   void add_rows(double rho, const Term& term, StageModel& model) const;
   void add_moving(double rho, const Term& term, StageModel& model) const;
-  /// Calls visit(configuration, t) at every step of the path.
+  /// Calls visit(configuration, t) at a step of the path, or at every one.
+  template <class F>
+  void at_step(const Eigen::MatrixXd& q, int t, F&& visit);
   template <class F>
   void along(const Eigen::MatrixXd& q, F&& visit);
 

@@ -37,8 +37,7 @@ class Position final : public TaskVariable {
         object_name_(setup.of.at("object")) {}
   int size() const override { return 3; }
   void evaluate(const Configuration& at, Eigen::Ref<Eigen::VectorXd> phi, Jacobian* J) const override {
-    const Eigen::Vector3d p_WF = at.kinematics.X_WB[frame_.body] * frame_.X_BF.translation();
-    const Eigen::Vector3d p_WO = at.kinematics.X_WB[object_.body] * object_.X_BF.translation();
+    const Eigen::Vector3d p_WF = origin(at, frame_), p_WO = origin(at, object_);
     phi = p_WF - (p_WO + height_W_);
     if (!J) return;
     J->setZero();
@@ -49,8 +48,7 @@ class Position final : public TaskVariable {
   }
 
   std::string explain(const Configuration& at) const override {
-    const Eigen::Vector3d p_WF = at.kinematics.X_WB[frame_.body] * frame_.X_BF.translation();
-    const Eigen::Vector3d goal = at.kinematics.X_WB[object_.body] * object_.X_BF.translation() + height_W_;
+    const Eigen::Vector3d p_WF = origin(at, frame_), goal = origin(at, object_) + height_W_;
     char text[80];
     std::snprintf(text, sizeof text, " are %.4f m apart", (p_WF - goal).norm());
     std::string reason = frame_name_ + " and its place at " + object_name_ + text;
@@ -63,6 +61,10 @@ class Position final : public TaskVariable {
   }
 
  private:
+  static Eigen::Vector3d origin(const Configuration& at, const robot::Frame& frame) {
+    return at.kinematics.X_WB[frame.body] * frame.X_BF.translation();
+  }
+
   const robot::Robot& robot_;
   const robot::Frame frame_, object_;
   const Eigen::Vector3d height_W_;
