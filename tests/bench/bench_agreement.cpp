@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bench/measure.h"
 #include "core/files.h"
 #include "core/random.h"
-#include "core/statistics.h"
 #include "motion/planner.h"
 #include "primo/trajectory_json.h"
 #include "scene/generator.h"
@@ -31,14 +31,6 @@ struct Options {
   std::uint64_t seed = 4242;
   std::string disagreements;
 };
-
-Json json_of(const Rate& rate) {
-  return {{"rate", rate.value()},
-          {"successes", rate.successes},
-          {"trials", rate.trials},
-          {"lower", rate.lower()},
-          {"upper", rate.upper()}};
-}
 
 struct Planned {
   study::Rollout rollout;
@@ -170,7 +162,7 @@ Json survival(const physics::Judge& judge, const Eigen::Vector3d& offset, int tr
     PRIMO_CHECK(verdict.ok(), verdict.error().message);
     rate.add(verdict->final_pose_success);
   }
-  return json_of(rate);
+  return bench::json_of(rate);
 }
 
 }  // namespace
@@ -190,10 +182,10 @@ int main(int argc, char** argv) {
   const physics::Judge judge(physics::testing::load_robot());
   const Agreement found = compare(options, judge);
   Json out = {{"scenes", found.scenes}, {"plans", found.judged}};
-  for (const auto& [name, rate] : found.executed) out["lifted_when_executed"][name] = json_of(rate);
+  for (const auto& [name, rate] : found.executed) out["lifted_when_executed"][name] = bench::json_of(rate);
   out["disagreements"] = found.disagreements;
-  out["changed_by_half_the_time_step"] = {{"final_pose", json_of(found.changed_final_pose)},
-                                          {"execute", json_of(found.changed_execution)}};
+  out["changed_by_half_the_time_step"] = {{"final_pose", bench::json_of(found.changed_final_pose)},
+                                          {"execute", bench::json_of(found.changed_execution)}};
   const std::map<std::string, Eigen::Vector3d> offsets = {{"centred", {0, 0, 0}},
                                                           {"along_the_opposition", {0.05, 0, 0}},
                                                           {"along_the_object", {0, 0.05, 0}},

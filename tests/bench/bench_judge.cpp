@@ -1,15 +1,12 @@
 // What a judgement costs, by mode and stage, against bare mj_step on the same model and states, and how often a good
 // hand-made grasp is held as the jiggle grows. Thread CPU time.
 //   bench_judge [--json] [--runs N]
-#include <sys/resource.h>
-#include <time.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/statistics.h"
+#include "bench/measure.h"
 #include "physics/criteria.h"
 #include "physics/execution.h"
 #include "physics/place_trial.h"
@@ -22,33 +19,14 @@ using namespace primo;
 using namespace primo::physics;
 using Json = nlohmann::ordered_json;
 
-double cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-Json json_of(const Rate& rate) {
-  return {{"rate", rate.value()},
-          {"successes", rate.successes},
-          {"trials", rate.trials},
-          {"lower", rate.lower()},
-          {"upper", rate.upper()}};
-}
-
 /// Milliseconds of a bare mj_step, by the states it starts from.
 struct BareStep {
   double ms = 0;
   int steps = 0;
   void run(const mjModel* model, mjData* data, int count) {
-    const double begin = cpu_ms();
+    const double begin = bench::cpu_milliseconds();
     for (int k = 0; k < count; ++k) mj_step(model, data);
-    ms += cpu_ms() - begin;
+    ms += bench::cpu_milliseconds() - begin;
     steps += count;
   }
   double each() const { return ms / steps; }
@@ -64,9 +42,9 @@ Timed time_of(const Judge& judge, JudgeRequest request, int runs) {
   Timed timed;
   for (int k = -1; k < runs; ++k) {
     request.seed = static_cast<std::uint64_t>(k + 1);
-    const double begin = cpu_ms();
+    const double begin = bench::cpu_milliseconds();
     const auto verdict = judge.evaluate(request);
-    const double ms = cpu_ms() - begin;
+    const double ms = bench::cpu_milliseconds() - begin;
     PRIMO_CHECK(verdict.ok(), verdict.error().message);
     if (k < 0) continue;  // the first compiles the hand's model
     timed.ms.push_back(ms);
@@ -80,7 +58,7 @@ Json summary(const Timed& timed) {
   double total = 0;
   for (const double ms : timed.ms) total += ms;
   const auto runs = static_cast<double>(timed.ms.size());
-  Json out = {{"median_ms", median(timed.ms)}, {"runs", timed.ms.size()}, {"held", json_of(timed.held)}};
+  Json out = {{"median_ms", bench::median(timed.ms)}, {"runs", timed.ms.size()}, {"held", bench::json_of(timed.held)}};
   if (timed.steps > 0) {
     out["steps"] = static_cast<double>(timed.steps) / runs;
     out["steps_per_second"] = 1e3 * static_cast<double>(timed.steps) / total;
@@ -93,8 +71,8 @@ Json against(const Timed& timed, const BareStep& bare) {
   Json out = summary(timed);
   const double steps = static_cast<double>(timed.steps) / static_cast<double>(timed.ms.size());
   out["bare_step_us"] = 1e3 * bare.each();
-  out["ratio_to_bare_mj_step"] = median(timed.ms) / (steps * bare.each());
-  out["share_of_mj_step"] = steps * bare.each() / median(timed.ms);
+  out["ratio_to_bare_mj_step"] = bench::median(timed.ms) / (steps * bare.each());
+  out["share_of_mj_step"] = steps * bare.each() / bench::median(timed.ms);
   return out;
 }
 
@@ -156,11 +134,11 @@ BareStep bare_scene_steps(const robot::Robot& robot, const JudgeRequest& request
 Json path_criteria(const robot::Robot& robot, const JudgeRequest& request) {
   std::vector<double> ms;
   for (int k = 0; k < 200; ++k) {
-    const double begin = cpu_ms();
+    const double begin = bench::cpu_milliseconds();
     evaluate_criteria({robot, request.scenario, "c1", request.q, request.dt, 0, request.settings});
-    ms.push_back(cpu_ms() - begin);
+    ms.push_back(bench::cpu_milliseconds() - begin);
   }
-  return {{"median_ms", median(ms)}, {"runs", ms.size()}};
+  return {{"median_ms", bench::median(ms)}, {"runs", ms.size()}};
 }
 
 void held_by_jiggle(const Judge& judge, const JudgeRequest& request, Json& out) {
@@ -168,19 +146,14 @@ void held_by_jiggle(const Judge& judge, const JudgeRequest& request, Json& out) 
     JudgeRequest shaken = request;
     shaken.settings.jiggle_translation *= amplitude;
     shaken.settings.jiggle_rotation *= amplitude;
-    out["held_by_amplitude"][std::to_string(amplitude).substr(0, 3)] = json_of(time_of(judge, shaken, 40).held);
+    out["held_by_amplitude"][std::to_string(amplitude).substr(0, 3)] = bench::json_of(time_of(judge, shaken, 40).held);
   }
   for (const double frequency : {2.0, 3.0, 4.0, 5.0}) {
     JudgeRequest shaken = request;
     shaken.settings.jiggle_frequency = frequency;
-    out["held_by_frequency_hz"][std::to_string(frequency).substr(0, 3)] = json_of(time_of(judge, shaken, 40).held);
+    out["held_by_frequency_hz"][std::to_string(frequency).substr(0, 3)] =
+        bench::json_of(time_of(judge, shaken, 40).held);
   }
-}
-
-double peak_memory_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 /// Milliseconds of one bare mj_step of the place's model, several contacts a pair, with c1 standing on its support and
@@ -208,9 +181,9 @@ double bare_step_ms(const robot::Robot& robot, const JudgeRequest& request) {
     set_free_joint(model, data, made->model.joint(object.name), object.X_WO());
   set_free_joint(model, data, made->model.joint("c1"), pose(testing::top_of_support(request.scenario)));
   constexpr int kSteps = 2000;
-  const double begin = cpu_ms();
+  const double begin = bench::cpu_milliseconds();
   for (int k = 0; k < kSteps; ++k) mj_step(model, data);
-  return (cpu_ms() - begin) / kSteps;
+  return (bench::cpu_milliseconds() - begin) / kSteps;
 }
 
 /// A place in both modes against bare steps of its model.
@@ -254,7 +227,7 @@ int main(int argc, char** argv) {
   out["execute"]["grasp"] = against(time_of(judge, executed, runs / 4), bare_scene_steps(robot, executed));
   out["place"] = places(robot, judge);
   out["path_criteria"] = path_criteria(robot, request);
-  out["peak_memory_mb"] = peak_memory_mb();
+  out["peak_memory_mb"] = bench::peak_memory();
   if (jiggles) held_by_jiggle(judge, request, out);
   std::puts(out.dump(json ? -1 : 2).c_str());
 }

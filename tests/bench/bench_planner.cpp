@@ -2,19 +2,17 @@
 //   bench_planner [--json] [--problems N] [--solver NAME]... [--random N]
 // `cost_ratio` is the cost over the least that any solver and start found for the same problem. With --random, also
 // plans N problems with every ρ drawn from 10^U(−3, 9) by each solver and counts what must never happen.
-#include <sys/resource.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "bench/measure.h"
 #include "core/random.h"
 #include "motion/planner.h"
 
@@ -22,12 +20,6 @@ namespace {
 
 using namespace primo;
 using Json = nlohmann::ordered_json;
-
-double thread_milliseconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
 
 /// A target and three obstacles about it on the table.
 scene::SceneEstimate make_scene(std::uint64_t seed) {
@@ -44,11 +36,6 @@ scene::SceneEstimate make_scene(std::uint64_t seed) {
     scene.objects.push_back(object);
   }
   return scene;
-}
-
-double quantile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(fraction * static_cast<double>(values.size() - 1)))];
 }
 
 bool converged(const motion::Plan& plan) {
@@ -91,9 +78,9 @@ struct Bench {
     for (int problem = 0; problem < problems; ++problem) {
       for (auto& entry : cases) {
         const auto asked = request(static_cast<std::uint64_t>(problem), entry.solver, entry.start, entry.steps);
-        const double before = thread_milliseconds();
+        const double before = bench::cpu_milliseconds();
         const auto plan = motion::plan(robot, asked);
-        entry.ms.push_back(thread_milliseconds() - before);
+        entry.ms.push_back(bench::cpu_milliseconds() - before);
         entry.iterations.push_back(plan.iterations + plan.rejected);
         entry.cost.push_back(plan.cost_final);
         entry.converged += converged(plan);
@@ -122,9 +109,9 @@ struct Bench {
       for (double& value : rho) value = random.uniform(-3, 9);
       asked.primitive = asked.primitive.with_log_rho(rho);
       try {
-        const double before = thread_milliseconds();
+        const double before = bench::cpu_milliseconds();
         const auto plan = motion::plan(robot, asked);
-        ms.push_back(thread_milliseconds() - before);
+        ms.push_back(bench::cpu_milliseconds() - before);
         refused += plan.status == motion::PlanStatus::bad_input;
         not_finite += !plan.trajectory.q.allFinite() || !std::isfinite(plan.cost_final);
         good += converged(plan);
@@ -132,8 +119,14 @@ struct Bench {
         ++thrown;
       }
     }
-    return {{"solver", solver},   {"plans", count},    {"not_finite", not_finite},       {"thrown", thrown},
-            {"refused", refused}, {"converged", good}, {"ms_median", quantile(ms, 0.5)}, {"ms_90", quantile(ms, 0.9)}};
+    return {{"solver", solver},
+            {"plans", count},
+            {"not_finite", not_finite},
+            {"thrown", thrown},
+            {"refused", refused},
+            {"converged", good},
+            {"ms_median", bench::quantile(ms, 0.5)},
+            {"ms_90", bench::quantile(ms, 0.9)}};
   }
 };
 
@@ -142,8 +135,9 @@ void print_table(const std::vector<Case>& cases) {
               "cost/best 50", "cost/best 90", "converged");
   for (const auto& entry : cases) {
     std::printf("%-18s %-5s %4d %10.2f %10.2f %6.0f %12.3f %12.3f %6d/%zu\n", entry.solver.c_str(), entry.start.c_str(),
-                entry.steps, quantile(entry.ms, 0.5), quantile(entry.ms, 0.9), quantile(entry.iterations, 0.5),
-                quantile(entry.ratio, 0.5), quantile(entry.ratio, 0.9), entry.converged, entry.ms.size());
+                entry.steps, bench::quantile(entry.ms, 0.5), bench::quantile(entry.ms, 0.9),
+                bench::quantile(entry.iterations, 0.5), bench::quantile(entry.ratio, 0.5),
+                bench::quantile(entry.ratio, 0.9), entry.converged, entry.ms.size());
   }
 }
 
@@ -176,9 +170,7 @@ int main(int argc, char** argv) {
   for (const auto& solver : solvers) {
     if (random > 0) randoms.push_back(bench.random(solver, random));
   }
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const double memory = static_cast<double>(usage.ru_maxrss) / 1024;
+  const double memory = bench::peak_memory();
   if (!json) {
     print_table(cases);
     if (!randoms.empty()) std::printf("%s\n", randoms.dump(2).c_str());
@@ -190,11 +182,11 @@ int main(int argc, char** argv) {
     rows.push_back({{"solver", entry.solver},
                     {"T", entry.steps},
                     {"start", entry.start},
-                    {"ms_median", quantile(entry.ms, 0.5)},
-                    {"ms_90", quantile(entry.ms, 0.9)},
-                    {"iterations_median", quantile(entry.iterations, 0.5)},
-                    {"cost_ratio_median", quantile(entry.ratio, 0.5)},
-                    {"cost_ratio_90", quantile(entry.ratio, 0.9)},
+                    {"ms_median", bench::quantile(entry.ms, 0.5)},
+                    {"ms_90", bench::quantile(entry.ms, 0.9)},
+                    {"iterations_median", bench::quantile(entry.iterations, 0.5)},
+                    {"cost_ratio_median", bench::quantile(entry.ratio, 0.5)},
+                    {"cost_ratio_90", bench::quantile(entry.ratio, 0.9)},
                     {"converged", entry.converged},
                     {"problems", problems}});
   }

@@ -3,14 +3,12 @@
 // on every training file; CPU time, with distractors, one experience more, and memory at 100 000 experiences.
 //
 //   bench_rules [--json] [--seeds 5] [--first-seed 1] [--large]
-#include <sys/resource.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "bench/measure.h"
 #include "bench/rule_domains.h"
 #include "rules/online.h"
 #include "rules/parameters.h"
@@ -18,26 +16,10 @@
 
 namespace {
 
+namespace bench = primo::bench;
 using namespace primo::rules;
 using Json = nlohmann::ordered_json;
 using primo::symbols::Experience;
-
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-double peak_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
-}
 
 /// The true structure with the probabilities most likely on the data: what no learner can be expected to beat.
 RuleSet fitted_truth(const RuleSet& truth, const std::vector<Experience>& data) {
@@ -81,9 +63,9 @@ Json measure(const std::string& name, const domains::Domain& domain, int n, cons
     const std::uint64_t seed = seeds.first + static_cast<std::uint64_t>(s);
     auto data = domain.data(n, seed);
     domains::add_distractors(data, distractors, seed);
-    const double begin = cpu_seconds();
+    const double begin = bench::cpu_seconds();
     const auto learned = learn(data).value();
-    seconds += cpu_seconds() - begin;
+    seconds += bench::cpu_seconds() - begin;
     const double d = generated::variational_distance(domain.truth, learned, test);
     distance += d;
     exact += d == 0;
@@ -118,19 +100,19 @@ Json one_more(const Seeds& seeds) {
     for (std::size_t i = 0; i < 1000; ++i) (void)online->note(data[i]);
     online->settle();
     for (std::size_t i = 1000; i < data.size(); ++i) {
-      double begin = cpu_seconds();
+      double begin = bench::cpu_seconds();
       (void)online->add(data[i]);
-      quick.push_back(cpu_seconds() - begin);
-      begin = cpu_seconds();
+      quick.push_back(bench::cpu_seconds() - begin);
+      begin = bench::cpu_seconds();
       online->settle();
-      exact.push_back(cpu_seconds() - begin);
+      exact.push_back(bench::cpu_seconds() - begin);
     }
     difference = std::max(difference, score(learn(data).value(), data) - score(online->rules(), data));
   }
   return {{"what", "one experience more than 1000"},
           {"updates", exact.size()},
-          {"add_median_s", median(quick)},
-          {"settle_median_s", median(exact)},
+          {"add_median_s", bench::median(quick)},
+          {"settle_median_s", bench::median(exact)},
           {"settle_most_s", *std::max_element(exact.begin(), exact.end())},
           {"most_score_below_batch", difference}};
 }
@@ -139,7 +121,7 @@ Json large() {
   const auto domain = domains::gripper();
   ExperienceStore store;
   constexpr int kN = 100000;
-  double begin = cpu_seconds();
+  double begin = bench::cpu_seconds();
   for (int i = 0; i < kN; ++i) {
     primo::Random random(1, "large", {static_cast<std::uint64_t>(i)});
     auto e = domain.draw(random, domains::Use::training);
@@ -148,12 +130,13 @@ Json large() {
     const auto read = primo::symbols::experience_from_json(to_json_line(e));
     (void)store.add(*read, "experience");
   }
-  const double loaded = cpu_seconds() - begin;
-  const double loaded_mib = peak_mib();
-  begin = cpu_seconds();
+  const double loaded = bench::cpu_seconds() - begin;
+  const double loaded_mib = bench::peak_memory();
+  begin = bench::cpu_seconds();
   const auto rules = learn(store, {}).value();
-  return {{"what", "100000 experiences"},         {"load_cpu_s", loaded},   {"load_peak_mib", loaded_mib},
-          {"learn_cpu_s", cpu_seconds() - begin}, {"peak_mib", peak_mib()}, {"rules", rules.rules.size()}};
+  return {{"what", "100000 experiences"},     {"load_cpu_s", loaded},
+          {"load_peak_mib", loaded_mib},      {"learn_cpu_s", bench::cpu_seconds() - begin},
+          {"peak_mib", bench::peak_memory()}, {"rules", rules.rules.size()}};
 }
 
 }  // namespace
