@@ -3,6 +3,7 @@
 #include "core/random.h"
 #include "generated_data.h"
 #include "rules/rule.h"
+#include "unit/mutate.h"
 
 namespace primo::rules {
 namespace {
@@ -73,20 +74,7 @@ TEST(RulesJson, mutated_texts_are_read_back_the_same_or_refused) {
   int accepted = 0;
   for (std::uint64_t round = 0; round < 20000; ++round) {
     Random random(3, "mutate", {round});
-    std::string text = kRules;
-    for (std::uint64_t edits = 1 + random.below(3); edits > 0 && !text.empty(); --edits) {
-      const auto at = random.below(text.size());
-      switch (random.below(3)) {
-        case 0:
-          text[at] = static_cast<char>(random.below(256));
-          break;
-        case 1:
-          text.erase(at, 1 + random.below(3));
-          break;
-        default:
-          text.insert(at, text.substr(random.below(text.size()), random.below(8)));
-      }
-    }
+    const std::string text = test::mutated(kRules, random);
     const auto read = rules_from_json(text);
     if (!read.ok()) {
       EXPECT_FALSE(read.error().message.empty());

@@ -4,6 +4,7 @@
 
 #include "core/random.h"
 #include "symbols/literal_json.h"
+#include "unit/mutate.h"
 
 namespace primo::symbols {
 namespace {
@@ -73,20 +74,7 @@ TEST(Experience, mutated_lines_are_read_back_the_same_or_refused) {
   int accepted = 0;
   for (std::uint64_t round = 0; round < 20000; ++round) {
     Random random(1, "mutate", {round});
-    std::string line = kLine;
-    for (std::uint64_t edits = 1 + random.below(3); edits > 0 && !line.empty(); --edits) {
-      const auto at = random.below(line.size());
-      switch (random.below(3)) {
-        case 0:
-          line[at] = static_cast<char>(random.below(256));
-          break;
-        case 1:
-          line.erase(at, 1 + random.below(3));
-          break;
-        default:
-          line.insert(at, line.substr(random.below(line.size()), random.below(8)));
-      }
-    }
+    const std::string line = test::mutated(kLine, random);
     const auto read = experience_from_json(line);
     if (!read.ok()) {
       EXPECT_FALSE(read.error().message.empty());
