@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -84,6 +85,8 @@ class Loop {
   std::size_t collections_ = 0;
   std::vector<scene::Scenario> displaced_;
   std::vector<scene::SceneEstimate> training_estimates_, displaced_estimates_;
+  std::vector<scene::Scenario> pool_;  // robust protocol: what generations draw from, then what the choice is made on
+  std::vector<scene::SceneEstimate> pool_estimates_;
 };
 
 template <class F>
@@ -119,6 +122,12 @@ Status Loop::make_scenarios() {
     drawn.scenario.name = base.name + "_displaced_" + std::to_string(i);
     displaced_.push_back(std::move(drawn.scenario));
   }
+  if (study_.settings.protocol == Protocol::paper) return success();
+  const auto& pool = study_.settings.pool;
+  PRIMO_ASSIGN(pool_, draw_pool(study_.training, pool.scenarios, pool.displacement, pool.seed, "pool"));
+  PRIMO_ASSIGN(auto held_out,
+               draw_pool(study_.training, pool.validation, pool.displacement, pool.validation_seed, "choice"));
+  pool_.insert(pool_.end(), std::make_move_iterator(held_out.begin()), std::make_move_iterator(held_out.end()));
   return success();
 }
 
@@ -309,8 +318,16 @@ Result<OptimizeResult> Loop::optimize(const motion::Primitive& primitive, const 
   goal.round = round_;
   goal.directory = fs::absolute(directory_).string();
   goal.primitive = primitive;
-  goal.scenarios = study_.training;
-  goal.estimates = training_estimates_;
+  if (study_.settings.protocol == Protocol::robust) {
+    const auto& pool = study_.settings.pool;
+    goal.scenarios = pool_;
+    goal.estimates = pool_estimates_;
+    goal.drawn = pool.drawn > 0 ? pool.drawn : static_cast<int>(study_.training.size());
+    goal.held_out = pool.validation;
+  } else {
+    goal.scenarios = study_.training;
+    goal.estimates = training_estimates_;
+  }
   goal.desired = desired;
   goal.optimizer.name = search.algorithms.front();
   goal.optimizer.evaluations = search.evaluations;
@@ -356,6 +373,7 @@ Result<StudyResult> Loop::run() {
   PRIMO_TRY(stage(0, "observe", [&]() -> Status {
     PRIMO_ASSIGN(training_estimates_, observe(study_.training));
     PRIMO_ASSIGN(displaced_estimates_, observe(displaced_));
+    PRIMO_ASSIGN(pool_estimates_, observe(pool_));
     return success();
   }));
   std::vector<Literal> desired;

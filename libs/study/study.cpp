@@ -83,11 +83,15 @@ Result<std::vector<scene::Scenario>> read_training(const StudyFile& file, const 
 }  // namespace
 
 Status StudySettings::validate() const {
-  if (experience.seed == seed) {
-    return Error{Code::config,
-                 "'experience.seed' is " + std::to_string(seed) +
-                     ", the same as 'seed'; experience must come from other random numbers than the optimization"};
+  std::vector<std::pair<std::string, std::uint64_t>> seeds = {{"seed", seed}, {"experience.seed", experience.seed}};
+  if (protocol == Protocol::robust) {
+    seeds.insert(seeds.begin() + 1, {{"pool.seed", pool.seed}, {"pool.validation_seed", pool.validation_seed}});
+    if (pool.drawn > pool.scenarios) {
+      return Error{Code::config, "'pool.drawn' is " + std::to_string(pool.drawn) +
+                                     ", must be at most 'pool.scenarios', " + std::to_string(pool.scenarios)};
+    }
   }
+  PRIMO_TRY(check_distinct_seeds(seeds));
   if (optimizer.algorithms.empty()) {
     return Error{Code::config,
                  "'optimizer.algorithms' is empty; known ones: " + config::detail::joined(optim::optimizer_names())};
