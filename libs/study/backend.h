@@ -54,8 +54,10 @@ struct OptimizeGoal {
   int round = 0;
   std::string directory;                   ///< of the study, where the journal is
   motion::Primitive primitive;             ///< ρ of P; the open entries are optimized
-  std::vector<scene::Scenario> scenarios;  ///< training set S_1…K
+  std::vector<scene::Scenario> scenarios;  ///< training set S_1…K; under the robust protocol the pool, then `held_out`
   std::vector<scene::SceneEstimate> estimates;
+  int drawn = 0;     ///< how many scenarios of the pool each generation draws, the same for all its candidates; 0: all
+  int held_out = 0;  ///< the last so many scenarios are kept for the final choice; 0: it is made on the training set
   std::vector<symbols::Literal>
       desired;  ///< ground or lifted over the action's arguments (X, Y, …): the rule's desired outcome
   optim::OptimizerSettings optimizer;
@@ -71,8 +73,8 @@ struct OptimizeResult {
   std::string study;
   int round = 0;
   motion::Primitive primitive;  ///< P*
-  double gamma = 0;             ///< γ(P*) on the training set, with seeds that the optimizer has not seen
-  Rate success;                 ///< over the training set and these seeds: strict, and the desired outcome holds
+  double gamma = 0;             ///< γ(P*) in the scenarios of the choice, with seeds that the optimizer has not seen
+  Rate success;                 ///< over these scenarios and seeds: strict, and the desired outcome holds
   int evaluations = 0;          ///< of γ, over all algorithms and restarts
 };
 

@@ -78,11 +78,12 @@ Status Candidates::add(const std::vector<motion::Primitive>& primitives, const s
 }
 
 Result<std::vector<Score>> Candidates::evaluate(const std::vector<motion::Primitive>& primitives,
+                                                const std::vector<std::size_t>& scenarios,
                                                 const std::vector<SeedOf>& seeds) {
   std::vector<Trial> trials;
   for (std::size_t p = 0; p < primitives.size(); ++p) {
     for (const auto& seed : seeds) {
-      for (std::size_t k = 0; k < goal_.scenarios.size(); ++k) trials.push_back({p, k, seed(p, k)});
+      for (const std::size_t k : scenarios) trials.push_back({p, k, seed(p, k)});
     }
   }
   std::vector<Score> sums(primitives.size());
@@ -90,31 +91,31 @@ Result<std::vector<Score>> Candidates::evaluate(const std::vector<motion::Primit
   return means(std::move(sums));
 }
 
-Result<std::vector<Score>> Candidates::race(const std::vector<motion::Primitive>& primitives, const SeedOf& seed,
+Result<std::vector<Score>> Candidates::race(const std::vector<motion::Primitive>& primitives,
+                                            const std::vector<std::size_t>& scenarios, const SeedOf& seed,
                                             std::size_t first, std::size_t sure) {
-  if (settings_.racing.rounds.empty()) return evaluate(primitives, {seed});
-  const std::size_t scenarios = goal_.scenarios.size();
+  if (settings_.racing.rounds.empty()) return evaluate(primitives, scenarios, {seed});
+  const std::size_t all = scenarios.size();
   std::vector<Score> sums(primitives.size());
   std::vector<std::size_t> racers(primitives.size());
   std::iota(racers.begin(), racers.end(), std::size_t{0});
   std::vector<std::vector<std::size_t>> dropped;  // in each round
   std::vector<std::size_t> rounds;
-  for (const int round : settings_.racing.rounds)
-    rounds.push_back(std::min(scenarios, static_cast<std::size_t>(round)));
-  rounds.push_back(scenarios);
+  for (const int round : settings_.racing.rounds) rounds.push_back(std::min(all, static_cast<std::size_t>(round)));
+  rounds.push_back(all);
 
   std::size_t done = 0;
   for (const std::size_t until : rounds) {
     std::vector<Trial> trials;
     for (const std::size_t p : racers) {
       for (std::size_t k = done; k < until; ++k) {
-        const std::size_t scenario = (first + k) % scenarios;
+        const std::size_t scenario = scenarios[(first + k) % all];
         trials.push_back({p, scenario, seed(p, scenario)});
       }
     }
     PRIMO_TRY(add(primitives, trials, sums));
     done = std::max(done, until);
-    if (done == scenarios) break;
+    if (done == all) break;
     const auto share = static_cast<std::size_t>(std::ceil(settings_.racing.keep * static_cast<double>(racers.size())));
     auto kept = best_of(racers, std::max<std::size_t>(1, share), sums);
     std::vector<std::size_t> losers;

@@ -18,7 +18,7 @@ struct Score {
   int successes = 0;
   int final_pose = 0;
   int rollouts = 0;
-  bool whole = true;  ///< went through all scenarios
+  bool whole = true;  ///< went through all scenarios that were asked for
   bool succeeded_everywhere() const { return whole && successes == rollouts; }
 };
 
@@ -31,14 +31,15 @@ class Candidates {
   Candidates(const OptimizeGoal& goal, const OptimizationSettings& settings, Evaluator& evaluator)
       : goal_(goal), settings_(settings), evaluator_(evaluator) {}
 
-  /// Each primitive in all scenarios, once for each seed.
+  /// Each primitive in these scenarios of the goal, once for each seed.
   Result<std::vector<Score>> evaluate(const std::vector<motion::Primitive>& primitives,
-                                      const std::vector<SeedOf>& seeds);
+                                      const std::vector<std::size_t>& scenarios, const std::vector<SeedOf>& seeds);
 
-  /// The same with one seed, where the settings want it as a race. `first`: the scenario the race begins with, so that
-  /// not the same few decide in every generation. The first `sure` primitives are never dropped.
-  Result<std::vector<Score>> race(const std::vector<motion::Primitive>& primitives, const SeedOf& seed,
-                                  std::size_t first, std::size_t sure = 0);
+  /// The same with one seed, where the settings want it as a race. `first`: which of the scenarios the race begins
+  /// with, so that not the same few decide in every generation. The first `sure` primitives are never dropped.
+  Result<std::vector<Score>> race(const std::vector<motion::Primitive>& primitives,
+                                  const std::vector<std::size_t>& scenarios, const SeedOf& seed, std::size_t first,
+                                  std::size_t sure = 0);
 
   std::int64_t rollouts() const { return rollouts_; }  ///< asked for so far
 

@@ -130,6 +130,8 @@ std::string key_of(const OptimizeGoal& goal) {
   digest.add(goal.primitive);
   digest.add(goal.scenarios);
   digest.add(goal.estimates);
+  digest.add(goal.drawn);
+  digest.add(goal.held_out);
   digest.add(goal.desired);
   digest.add(goal.optimizer);
   digest.add(goal.algorithms);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -62,6 +63,8 @@ class Loop {
   std::size_t collections_ = 0;
   std::vector<scene::Scenario> displaced_;
   std::vector<scene::SceneEstimate> training_estimates_, displaced_estimates_;
+  std::vector<scene::Scenario> pool_;  // robust protocol: what generations draw from, then what the choice is made on
+  std::vector<scene::SceneEstimate> pool_estimates_;
 };
 
 Tries Loop::training_tries(const motion::Primitive& primitive) const {
@@ -179,8 +182,16 @@ OptimizeGoal Loop::goal(const motion::Primitive& primitive, const std::vector<Li
   goal.round = trials_.round();
   goal.directory = fs::absolute(directory_).string();
   goal.primitive = primitive;
-  goal.scenarios = part_.training;
-  goal.estimates = training_estimates_;
+  if (part_.settings.protocol == Protocol::robust) {
+    const auto& pool = part_.settings.pool;
+    goal.scenarios = pool_;
+    goal.estimates = pool_estimates_;
+    goal.drawn = pool.drawn > 0 ? pool.drawn : static_cast<int>(part_.training.size());
+    goal.held_out = pool.validation;
+  } else {
+    goal.scenarios = part_.training;
+    goal.estimates = training_estimates_;
+  }
   goal.desired = desired;
   goal.optimizer.name = search.algorithms.front();
   goal.optimizer.evaluations = search.evaluations;
@@ -217,9 +228,17 @@ Status Loop::observe() {
   PRIMO_ASSIGN(auto drawn, draw_displaced(part_.training, settings.displacement, settings.seed, 0,
                                           static_cast<std::size_t>(settings.scenarios), "_displaced_"));
   displaced_ = std::move(drawn.scenarios);
+  if (part_.settings.protocol == Protocol::robust) {
+    const auto& pool = part_.settings.pool;
+    PRIMO_ASSIGN(pool_, draw_pool(part_.training, pool.scenarios, pool.displacement, pool.seed, "pool"));
+    PRIMO_ASSIGN(auto held_out,
+                 draw_pool(part_.training, pool.validation, pool.displacement, pool.validation_seed, "choice"));
+    pool_.insert(pool_.end(), std::make_move_iterator(held_out.begin()), std::make_move_iterator(held_out.end()));
+  }
   return trials_.stage("observe", [&]() -> Status {
     PRIMO_ASSIGN(training_estimates_, trials_.observe(part_.training));
     PRIMO_ASSIGN(displaced_estimates_, trials_.observe(displaced_));
+    PRIMO_ASSIGN(pool_estimates_, trials_.observe(pool_));
     return success();
   });
 }

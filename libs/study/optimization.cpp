@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "core/random.h"
 #include "study/candidates.h"
+#include "study/pool.h"
 
 namespace primo::study {
 namespace {
@@ -34,6 +36,7 @@ struct Run {
   Incumbent best;
   int reevaluations = 0;            ///< of the incumbent; they are on the budget
   std::vector<double> best_course;  ///< best γ after each generation
+  std::vector<double> mean_course;  ///< mean γ of each generation's candidates
   int full_success = 0;             ///< latest generations in a row in which a candidate succeeded everywhere
   int evaluations() const { return optimizer->evaluations() + reevaluations; }
 };
@@ -63,6 +66,10 @@ class Optimization {
   Status explore(const Finalist& chosen);
   SeedOf seeds_of(int generation) const;
   std::vector<SeedOf> validation_seeds() const;
+  std::size_t pool() const { return goal_.scenarios.size() - static_cast<std::size_t>(goal_.held_out); }
+  bool resampled() const { return goal_.drawn > 0 && static_cast<std::size_t>(goal_.drawn) < pool(); }
+  std::vector<std::size_t> scenarios_of(int generation) const;
+  std::vector<std::size_t> scenarios_of_choice() const;
   bool over(const Run& run) const;
   void learn(Run& run, const std::vector<optim::Candidate>& candidates, const std::vector<Score>& scores) const;
 
@@ -84,6 +91,11 @@ Status validate(const OptimizeGoal& goal) {
     return wrong(std::to_string(goal.estimates.size()) + " scene estimates for " +
                  std::to_string(goal.scenarios.size()) + " scenarios");
   }
+  if (goal.held_out < 0 || static_cast<std::size_t>(goal.held_out) >= goal.scenarios.size()) {
+    return wrong("held_out is " + std::to_string(goal.held_out) + ", must be 0 to " +
+                 std::to_string(goal.scenarios.size() - 1) + ", so that a scenario is left to train on");
+  }
+  if (goal.drawn < 0) return wrong("drawn is " + std::to_string(goal.drawn) + ", must not be negative");
   if (goal.algorithms.empty())
     return wrong("no algorithm; known ones: " + config::detail::joined(optim::optimizer_names()));
   if (goal.restarts < 1) return wrong("restarts is " + std::to_string(goal.restarts) + ", must be at least 1");
@@ -91,6 +103,15 @@ Status validate(const OptimizeGoal& goal) {
   if (goal.primitive.open_entries(0, 1).empty())
     return wrong("primitive '" + goal.primitive.name + "' has no precision or other entry open to the optimizer");
   return success();
+}
+
+/// Whether the mean of the last `window` values is less than `tolerance` above that of as many before them.
+bool level(const std::vector<double>& course, std::size_t window, double tolerance) {
+  if (course.size() < 2 * window) return false;
+  const auto end = course.end(), middle = end - static_cast<std::ptrdiff_t>(window);
+  const double late = std::accumulate(middle, end, 0.0);
+  const double early = std::accumulate(middle - static_cast<std::ptrdiff_t>(window), middle, 0.0);
+  return late - early < tolerance * static_cast<double>(window);
 }
 
 Result<Run> Optimization::start(const std::string& algorithm, int restart) const {
@@ -114,6 +135,17 @@ SeedOf Optimization::seeds_of(int generation) const {
   return [this, generation](std::size_t candidate, std::size_t scenario) {
     return training_seed(goal_, generation, scenario, settings_.common_random_numbers ? 0 : candidate + 1);
   };
+}
+
+std::vector<std::size_t> Optimization::scenarios_of(int generation) const {
+  return draw_from_pool(pool(), static_cast<std::size_t>(goal_.drawn), goal_.seed, goal_.round, generation);
+}
+
+std::vector<std::size_t> Optimization::scenarios_of_choice() const {
+  const std::size_t first = goal_.held_out > 0 ? pool() : 0;
+  std::vector<std::size_t> scenarios(goal_.scenarios.size() - first);
+  std::iota(scenarios.begin(), scenarios.end(), first);
+  return scenarios;
 }
 
 std::vector<SeedOf> Optimization::validation_seeds() const {
@@ -170,12 +202,13 @@ void Optimization::report(const Run& run, const std::vector<Score>& scores, bool
 /// The conditions of EarlyStop, the cheap ones first: the recommendation is rolled out only when it may matter.
 Result<bool> Optimization::may_stop(const Run& run, int generation) {
   const auto patience = static_cast<std::size_t>(settings_.early_stop.generations);
+  if (resampled()) return patience > 0 && level(run.mean_course, patience, settings_.early_stop.tolerance);
   if (patience == 0 || run.full_success < settings_.early_stop.generations || run.best_course.size() <= patience)
     return false;
   const double before = run.best_course[run.best_course.size() - 1 - patience];
   if (run.best_course.back() - before >= settings_.early_stop.tolerance) return false;
   PRIMO_ASSIGN(const auto scores, candidates_.evaluate({goal_.primitive.with_entries(run.optimizer->recommendation())},
-                                                       {seeds_of(generation)}));
+                                                       scenarios_of(generation), {seeds_of(generation)}));
   return scores[0].succeeded_everywhere();
 }
 
@@ -199,6 +232,9 @@ void Optimization::learn(Run& run, const std::vector<optim::Candidate>& candidat
   }
   run.full_success = full ? run.full_success + 1 : 0;
   run.best_course.push_back(run.best.gamma());
+  double sum = 0;
+  for (const auto& score : scores) sum += score.gamma;
+  run.mean_course.push_back(sum / static_cast<double>(scores.size()));
 }
 
 Status Optimization::search(Run& run) {
@@ -211,8 +247,8 @@ Status Optimization::search(Run& run) {
     const std::size_t incumbent = settings_.reevaluate_incumbent && !run.best.x.empty() ? 1 : 0;
     if (incumbent > 0) primitives.push_back(goal_.primitive.with_entries(run.best.x));
     for (const auto& candidate : candidates) primitives.push_back(goal_.primitive.with_entries(candidate.x));
-    PRIMO_ASSIGN(auto scores,
-                 candidates_.race(primitives, seeds_of(generation), static_cast<std::size_t>(generation), incumbent));
+    PRIMO_ASSIGN(auto scores, candidates_.race(primitives, scenarios_of(generation), seeds_of(generation),
+                                               static_cast<std::size_t>(generation), incumbent));
     if (incumbent > 0) {
       run.best.gamma_sum += scores.front().gamma;
       ++run.best.evaluations;
@@ -255,7 +291,7 @@ void Optimization::add_finalists(const Run& run) {
 Result<OptimizeResult> Optimization::choose() {
   std::vector<motion::Primitive> primitives;
   for (const auto& finalist : finalists_) primitives.push_back(finalist.primitive);
-  PRIMO_ASSIGN(const auto scores, candidates_.evaluate(primitives, validation_seeds()));
+  PRIMO_ASSIGN(const auto scores, candidates_.evaluate(primitives, scenarios_of_choice(), validation_seeds()));
   std::size_t chosen = 0;
   for (std::size_t f = 0; f < finalists_.size(); ++f) {
     finalists_[f].record.gamma = scores[f].gamma;
@@ -279,7 +315,7 @@ Result<OptimizeResult> Optimization::choose() {
 }
 
 /// What γ does around the chosen primitive: each open entry by itself a step down and a step up, as far as its bounds
-/// go, on the seeds of the choice.
+/// go, on the scenarios and seeds of the choice.
 Status Optimization::explore(const Finalist& chosen) {
   if (settings_.sensitivity == 0) return success();
   std::vector<SensitivityRecord> records;
@@ -304,7 +340,7 @@ Status Optimization::explore(const Finalist& chosen) {
     record.success[0] = chosen.record.success;
     records.push_back(record);
   }
-  PRIMO_ASSIGN(const auto scores, candidates_.evaluate(primitives, validation_seeds()));
+  PRIMO_ASSIGN(const auto scores, candidates_.evaluate(primitives, scenarios_of_choice(), validation_seeds()));
   for (std::size_t i = 0; i < scores.size(); ++i) {
     records[i / 2].gamma[1 + i % 2] = scores[i].gamma;
     records[i / 2].success[1 + i % 2] = {scores[i].successes, scores[i].rollouts};

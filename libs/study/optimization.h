@@ -30,8 +30,8 @@ struct Progress {
 using OnProgress = std::function<void(const Progress&)>;
 
 /// Runs the goal: every algorithm and restart in turn, then the choice among their recommendations, their best samples
-/// and P itself, by γ on the training set with fresh seeds. The evaluator's answers, the course and the choice are
-/// journaled. A pure function of the goal.
+/// and P itself, by γ on the training set with fresh seeds, or on the scenarios held out for it. The evaluator's
+/// answers, the course and the choice are journaled. A pure function of the goal.
 Result<OptimizeResult> optimize(const OptimizeGoal& goal, Evaluator& evaluator, Journal& journal,
                                 const OnProgress& on_progress = {});
 

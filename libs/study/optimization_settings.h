@@ -30,7 +30,9 @@ namespace primo::study {
 
 /// Ends an algorithm before its budget is spent: when in each of the last `generations` generations some candidate
 /// succeeded in all scenarios, the best γ rose by less than `tolerance` over them, and the recommendation itself
-/// succeeds in all scenarios.
+/// succeeds in all scenarios. Where each generation draws scenarios of its own, success everywhere is luck of the draw
+/// and the best γ that of the easiest one: there it ends when the mean γ of all candidates, over the last `generations`
+/// generations, is less than `tolerance` above that over as many before them.
 struct EarlyStop {
   int generations = 0;
   double tolerance = 0.01;

@@ -69,24 +69,6 @@ Result<std::vector<Distinct>> differences_of(const std::string& first, const std
 
 }  // namespace
 
-namespace {
-
-/// Seeds of what must not know of each other, by the keys they have.
-Status check_seeds(const std::vector<std::pair<const char*, std::uint64_t>>& seeds) {
-  for (std::size_t i = 0; i < seeds.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (seeds[i].second != seeds[j].second) continue;
-      return Error{Code::config, std::string("'") + seeds[i].first + "' is " + std::to_string(seeds[i].second) +
-                                     ", the same as '" + seeds[j].first +
-                                     "'; training, experience and held-out scenarios must come from different random "
-                                     "numbers"};
-    }
-  }
-  return success();
-}
-
-}  // namespace
-
 Status GeneralizationSettings::validate() const {
   if (!levels.empty() && executed > scenarios) {
     return Error{Code::config, "'generalization.executed' is " + std::to_string(executed) +
@@ -104,9 +86,16 @@ Status GeneralizationSettings::validate() const {
 }
 
 Status StudySettings::validate() const {
-  std::vector<std::pair<const char*, std::uint64_t>> seeds = {{"seed", seed}, {"experience.seed", experience.seed}};
+  std::vector<std::pair<std::string, std::uint64_t>> seeds = {{"seed", seed}, {"experience.seed", experience.seed}};
+  if (protocol == Protocol::robust) {
+    seeds.insert(seeds.begin() + 1, {{"pool.seed", pool.seed}, {"pool.validation_seed", pool.validation_seed}});
+    if (pool.drawn > pool.scenarios) {
+      return Error{Code::config, "'pool.drawn' is " + std::to_string(pool.drawn) +
+                                     ", must be at most 'pool.scenarios', " + std::to_string(pool.scenarios)};
+    }
+  }
   if (!generalization.levels.empty()) seeds.emplace_back("generalization.seed", generalization.seed);
-  PRIMO_TRY(check_seeds(seeds));
+  PRIMO_TRY(check_distinct_seeds(seeds));
   PRIMO_TRY(generalization.validate());
   if (optimizer.algorithms.empty()) {
     return Error{Code::config,

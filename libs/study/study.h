@@ -11,6 +11,7 @@
 #include "physics/verdict.h"
 #include "scene/scenario.h"
 #include "study/optimization.h"
+#include "study/pool.h"
 
 namespace primo::study {
 
@@ -85,6 +86,8 @@ struct StudySettings {
   std::uint64_t seed = 1;
   int rounds = 1;
   std::vector<std::vector<std::string>> goal;  ///< literals over X, Y, … that the desired outcome must hold; empty: any
+  Protocol protocol = Protocol::paper;
+  PoolSettings pool;
   ExperienceSettings experience;
   SearchSettings optimizer;
   physics::JudgeSettings judge;
@@ -97,6 +100,10 @@ struct StudySettings {
     v("goal", goal,
       {.help = "literals over X, Y, … that the desired outcome must hold, e.g. [[inhand, X]]; empty: the most probable "
                "change"});
+    v("protocol", protocol,
+      {.help = "paper: trained on the fixed training scenarios; robust: on displaced copies of them (pool), drawn anew "
+               "for each generation, with as many rollouts"});
+    v("pool", pool, {});
     v("experience", experience, {});
     v("optimizer", optimizer, {});
     v("judge", judge, {});

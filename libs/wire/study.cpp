@@ -50,6 +50,8 @@ msg::OptimizeGoal to_wire(const study::OptimizeGoal& goal) {
   out.primitive(to_wire(goal.primitive));
   for (const scene::Scenario& scenario : goal.scenarios) out.scenarios().push_back(to_wire(scenario));
   for (const scene::SceneEstimate& estimate : goal.estimates) out.estimates().push_back(to_wire(estimate));
+  out.drawn(goal.drawn);
+  out.held_out(goal.held_out);
   out.desired(to_wire(goal.desired));
   out.optimizer(to_wire(goal.optimizer));
   out.algorithms(goal.algorithms);
@@ -84,6 +86,10 @@ Result<study::OptimizeGoal> from_wire(const msg::OptimizeGoal& message) {
     PRIMO_ASSIGN(scene::SceneEstimate converted, from_wire(estimate));
     out.estimates.push_back(std::move(converted));
   }
+  if (message.drawn() < 0) return malformed("goal.drawn", "is negative");
+  out.drawn = message.drawn();
+  if (message.held_out() < 0) return malformed("goal.held_out", "is negative");
+  out.held_out = message.held_out();
   PRIMO_ASSIGN(out.desired, from_wire("goal.desired", message.desired()));
   PRIMO_ASSIGN(out.optimizer, from_wire(message.optimizer()));
   PRIMO_TRY(check_texts("goal.algorithms", message.algorithms()));

@@ -193,6 +193,22 @@ TEST_F(LoopTest, tells_the_optimizer_everything_in_the_goal) {
   EXPECT_NE(workers.batches[0], workers.batches[1]);
 }
 
+TEST_F(LoopTest, robust_protocol_gives_the_optimizer_a_pool_and_scenarios_held_out) {
+  SyntheticWorkers workers;
+  study.parts[0].settings.protocol = Protocol::robust;
+  study.parts[0].settings.pool.scenarios = 24;
+  study.parts[0].settings.pool.validation = 9;
+  ASSERT_TRUE(run_study(study, directory / "run", workers).ok());
+  ASSERT_EQ(workers.goals.size(), 1u);
+  const auto& goal = workers.goals[0];
+  ASSERT_EQ(goal.scenarios.size(), 24u + 9u);
+  EXPECT_EQ(goal.estimates.size(), goal.scenarios.size());
+  EXPECT_EQ(goal.drawn, 3) << "as many rollouts as on the three training scenarios";
+  EXPECT_EQ(goal.held_out, 9);
+  EXPECT_NE(goal.scenarios[23].name.find("_pool_"), std::string::npos);
+  EXPECT_NE(goal.scenarios[24].name.find("_choice_"), std::string::npos);
+}
+
 TEST_F(LoopTest, ends_when_the_rules_no_longer_change) {
   SyntheticWorkers workers;
   study.parts[0].settings.rounds = 5;

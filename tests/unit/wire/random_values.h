@@ -274,6 +274,8 @@ class Draw {
       out.scenarios.push_back(scenario());
       out.estimates.push_back(estimate());
     }
+    out.drawn = integer(0, 6);
+    out.held_out = integer(0, 3);
     out.desired = literals();
     out.optimizer.name = word();
     out.optimizer.evaluations = integer(1, 10000);
