@@ -130,7 +130,7 @@ class RobustOptimization : public ::testing::Test {
     goal.seed = 5;
   }
   void TearDown() override { fs::remove_all(directory); }
-  Journal journal(const std::string& name = "journal.db") { return std::move(*Journal::open(directory / name)); }
+  Journal journal(const std::string& name = "journal.db") { return Journal::open(directory / name).value(); }
   fs::path directory;
   OptimizeGoal goal;
 };
