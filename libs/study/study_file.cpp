@@ -38,23 +38,25 @@ struct Heading {
   }
 };
 
+/// The node's entry, or an undefined one; never adds it.
+YAML::Node entry(const YAML::Node& node, const std::string& key) {
+  return node.IsMap() ? node[key] : YAML::Node(YAML::NodeType::Undefined);
+}
+
 /// `over` on top of `under`: maps key by key, anything else whole. Neither is changed.
 YAML::Node merged(const YAML::Node& under, const YAML::Node& over) {
   if (!over.IsDefined()) return under;
   if (!under.IsDefined() || !under.IsMap() || !over.IsMap()) return over;
+  // An entry is set once: setting it again would change the node that it shares with `under`.
   YAML::Node out(YAML::NodeType::Map);
-  for (const auto& entry : under) out[entry.first.Scalar()] = entry.second;
-  for (const auto& entry : over) {
-    const auto key = entry.first.Scalar();
-    const YAML::Node old = static_cast<const YAML::Node&>(out)[key];
-    out[key] = merged(old, entry.second);
+  for (const auto& one : under) {
+    const auto key = one.first.Scalar();
+    out[key] = merged(one.second, entry(over, key));
+  }
+  for (const auto& one : over) {
+    if (!entry(under, one.first.Scalar()).IsDefined()) out[one.first.Scalar()] = one.second;
   }
   return out;
-}
-
-/// The node's entry, or an undefined one; never adds it.
-YAML::Node entry(const YAML::Node& node, const std::string& key) {
-  return node.IsMap() ? node[key] : YAML::Node(YAML::NodeType::Undefined);
 }
 
 YAML::Node without(const YAML::Node& node, const std::vector<std::string>& keys) {
@@ -66,22 +68,26 @@ YAML::Node without(const YAML::Node& node, const std::vector<std::string>& keys)
   return out;
 }
 
-/// File names in a map, which are relative to the file it stands in, as paths from here.
-void resolve_files(YAML::Node node, const fs::path& folder) {
-  const auto resolve = [&](YAML::Node name) {
-    if (name.IsScalar()) name = (folder / name.Scalar()).lexically_normal().string();
+/// The map with its file names, which are relative to the file it stands in, as paths from here. A new map: what YAML
+/// aliases name is shared between places.
+YAML::Node with_paths(const YAML::Node& node, const fs::path& folder) {
+  if (!node.IsMap()) return node;
+  const auto path = [&](const YAML::Node& name) {
+    return name.IsScalar() ? YAML::Node((folder / name.Scalar()).lexically_normal().string()) : name;
   };
-  if (!node.IsMap()) return;
+  YAML::Node out(YAML::NodeType::Map);
   for (const auto& one : node) {
     const auto key = one.first.Scalar();
-    if (key == "robot" || key == "primitive") resolve(one.second);
-    if (!one.second.IsSequence()) continue;
-    if (key == "training") {
-      for (auto name : one.second) resolve(name);
-    } else if (key == "parts") {
-      for (auto part : one.second) resolve_files(part, folder);
+    YAML::Node value;
+    value.reset(key == "robot" || key == "primitive" ? path(one.second) : one.second);
+    if (one.second.IsSequence() && (key == "training" || key == "parts")) {
+      value.reset(YAML::Node(YAML::NodeType::Sequence));
+      for (const auto& element : one.second)
+        value.push_back(key == "parts" ? with_paths(element, folder) : path(element));
     }
+    out[key] = value;
   }
+  return out;
 }
 
 /// The file with what it includes.
@@ -94,7 +100,7 @@ Result<YAML::Node> read_tree(const fs::path& file, int depth) {
   PRIMO_ASSIGN(const std::string text, read_file(file));
   PRIMO_ASSIGN(YAML::Node node, config::detail::parse(text, where));
   if (!node.IsMap()) return Error{Code::config, where + ": must be a map of keys to values"};
-  resolve_files(node, file.parent_path());
+  node.reset(with_paths(node, file.parent_path()));
   const YAML::Node include = entry(node, "include");
   if (!include.IsDefined()) return node;
   std::vector<std::string> names;
@@ -108,7 +114,7 @@ Result<YAML::Node> read_tree(const fs::path& file, int depth) {
   for (const auto& name : names) {
     auto included = read_tree(file.parent_path() / name, depth + 1);
     if (!included) return included.error().at("included by " + where);
-    under = merged(under, *included);
+    under.reset(merged(under, *included));
   }
   return merged(under, without(node, {"include"}));
 }
@@ -213,11 +219,11 @@ Result<Study> load_study(const fs::path& study_file, const std::vector<std::stri
   PRIMO_ASSIGN(const std::string model_text, read_file(robot.mjcf_path()));
   study.robot_digest = hex(Hasher().add(robot_text).add(model_text).value());
   for (const auto& node : nodes) {
-    YAML::Node whole = merged(node, given.all);
+    YAML::Node whole(merged(node, given.all));
     const YAML::Node name = entry(node, "name");
     if (name.IsDefined() && name.IsScalar()) {
       if (const auto own = given.of_part.find(name.Scalar()); own != given.of_part.end())
-        whole = merged(whole, own->second);
+        whole.reset(merged(whole, own->second));
     }
     PRIMO_ASSIGN(auto part, read_part(whole, where, robot));
     study.parts.push_back(std::move(part));

@@ -122,9 +122,9 @@ TEST_F(StudyTest, refuses_seeds_that_would_mix_training_and_held_out_scenarios) 
 TEST_F(StudyTest, parts_share_what_stands_beside_them_and_override_it) {
   const auto study = load(
       "seed: 9\noptimizer: {evaluations: 70, sigma: 0.2}\nparts:\n  - {name: one}\n  - {name: two, seed: 8, "
-      "optimizer: {sigma: 0.1}}\n");
+      "optimizer: {sigma: 0.1}}\n  - {name: three}\n");
   ASSERT_TRUE(study.ok()) << study.error().message;
-  ASSERT_EQ(study->parts.size(), 2u);
+  ASSERT_EQ(study->parts.size(), 3u);
   const auto &one = study->parts[0].settings, &two = study->parts[1].settings;
   EXPECT_EQ(study->parts[0].name, "one");
   EXPECT_EQ(one.seed, 9u);
@@ -132,6 +132,8 @@ TEST_F(StudyTest, parts_share_what_stands_beside_them_and_override_it) {
   EXPECT_EQ(two.optimizer.evaluations, 70);
   EXPECT_EQ(one.optimizer.sigma, 0.2);
   EXPECT_EQ(two.optimizer.sigma, 0.1);
+  EXPECT_EQ(study->parts[2].settings.optimizer.sigma, 0.2) << "what one part says, the next does not hear";
+  EXPECT_EQ(study->parts[2].settings.seed, 9u);
   expect_refused("parts: []\n", "parts");
   expect_refused("parts: [{name: one}, {name: one}]\n", "'one'");
   expect_refused("parts: [{name: one, sed: 3}]\n", "seed");
@@ -166,6 +168,13 @@ TEST_F(StudyTest, includes_other_files_whose_paths_are_theirs) {
   expect_refused("include: file.yaml\n", "include");
   expect_refused("include: nowhere.yaml\n", "nowhere.yaml");
   expect_refused("include: [base/some.yaml, {}]\n", "include");
+}
+
+TEST_F(StudyTest, an_alias_of_yaml_may_name_files_in_several_places) {
+  fs::copy_file(kSource / "configs/scenarios/example.yaml", directory / "scene.yaml");
+  const auto study = load("parts: [{name: one, training: &scenes [scene.yaml]}, {name: two, training: *scenes}]\n");
+  ASSERT_TRUE(study.ok()) << study.error().message;
+  EXPECT_EQ(study->parts[0].training[0].name, study->parts[1].training[0].name);
 }
 
 TEST_F(StudyTest, differences_are_told_key_by_key_with_both_values) {
