@@ -22,8 +22,8 @@ using sqlite::Transaction;
 
 constexpr int kApplicationId = 0x5072696d;  // "Prim"
 
-/// Up to this size a journal is checked whole when it is opened, in about a second; every answer carries a digest of its
-/// own, which is checked when it is read.
+/// Up to this size a journal is checked whole when it is opened, in about a second; every answer carries a digest of
+/// its own, which is checked when it is read.
 constexpr std::uintmax_t kMostCheckedBytes = 256u << 20;
 
 constexpr const char* kSchema = R"sql(

@@ -199,7 +199,7 @@ OptimizeGoal Loop::goal(const motion::Primitive& primitive, const std::vector<Li
   goal.optimizer.sigma = search.sigma;
   goal.optimizer.on_stagnation = search.on_stagnation;
   goal.algorithms = search.algorithms;
-  goal.restarts = search.restarts;
+  goal.restarts = goal.round > 0 && search.later_restarts > 0 ? search.later_restarts : search.restarts;
   goal.judge = part_.settings.judge;
   goal.seed = part_.settings.seed;
   goal.settings = config::dump(search.settings);

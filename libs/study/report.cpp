@@ -143,6 +143,7 @@ Result<fs::path> write_report(const fs::path& study_directory) {
     PRIMO_TRY(draw_part(m.study, journal, folder, m.parts[i]));
   }
   PRIMO_TRY(write_tables(m, folder));
+  PRIMO_TRY(write_markdown(m, folder / "results.md"));
   PRIMO_TRY(write_file(folder / "index.html", page(m)));
   return folder / "index.html";
 }

@@ -51,4 +51,7 @@ std::string background_sections(const Material& m);
 /// Rates, causes and rules as CSV and LaTeX, written into the folder.
 Status write_tables(const Material& m, const std::filesystem::path& folder);
 
+/// The main results as Markdown.
+Status write_markdown(const Material& m, const std::filesystem::path& file);
+
 }  // namespace primo::study

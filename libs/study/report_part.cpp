@@ -193,6 +193,29 @@ std::string curves(const PartMaterial& m) {
          "(its Figures 2 and 5).</p>";
 }
 
+std::string searches(const PartMaterial& m) {
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& s : summarize_searches(m.evaluations, m.finalists)) {
+    const auto needed = [](const Rate& rate, double mean) {
+      return std::to_string(rate.successes) + " of " + std::to_string(rate.trials) +
+             (rate.successes > 0 ? "<small>after " + number("%.0f", mean) + " evaluations in the mean</small>" : "");
+    };
+    rows.push_back(
+        {escape(s.algorithm), needed(s.all_but_one_restarts, s.all_but_one_mean),
+         needed(s.everywhere, s.evaluations_mean),
+         s.everywhere.successes > 0 ? number("%.0f", s.evaluations_worst) : "–",
+         std::to_string(s.recommended_everywhere.successes) + " of " + std::to_string(s.recommended_everywhere.trials),
+         html::rate_cell(s.recommended)});
+  }
+  return html::table(
+             {"Search", "Restarts with all scenes but one", "With all scenes", "Evaluations, the slowest of these",
+              "Recommendation succeeds in every trial", "Trials of the recommendations"},
+             rows) +
+         "<p class=\"note\">The first columns count candidates during the search, the last two the recommendation of "
+         "each "
+         "restart, tried again with seeds that no search has seen.</p>";
+}
+
 /// What changed from round to round, with the entropy and the noise of the action's rule.
 std::string rounds(const PartMaterial& m) {
   std::vector<std::vector<std::string>> rows;
@@ -270,7 +293,7 @@ std::string part_sections(const PartMaterial& m) {
   out += section("The same scene, before and after", pictures(m));
   out += section("How often it works", rates(m));
   if (!m.result->levels.empty()) out += held_out_sections(m);
-  out += section("The search", curves(m));
+  out += section("The search", curves(m) + searches(m));
   out += section("Round by round", rounds(m));
   out += section("Precisions", precisions(m));
   out += section(m.before().displaced.on.empty() ? "How the grasps ended" : "How the places ended", outcomes(m));

@@ -63,6 +63,7 @@ struct SearchSettings {
   double sigma = 0.3;
   std::string on_stagnation = "ipop";
   int restarts = 1;
+  int later_restarts = 0;
   OptimizationSettings settings;
   template <class V>
   void visit(V&& v) {
@@ -77,6 +78,12 @@ struct SearchSettings {
                "with the same (again), or end (stop)",
        .choices = {"ipop", "bipop", "again", "stop"}});
     v("restarts", restarts, {.help = "random starts of each algorithm", .min = 1, .max = 10000});
+    v("later_restarts", later_restarts,
+      {.help =
+           "of rounds after the first, in which the primitive found before stands for election too; 0: as many as in "
+           "the first",
+       .min = 0,
+       .max = 10000});
     settings.visit(v);
   }
 };

@@ -61,6 +61,31 @@ TEST(LearningCurves, are_the_mean_and_standard_error_of_the_best_so_far) {
   EXPECT_NEAR(success.y[1], (0.5 + 0.25) / 2, 1e-12) << "the success of the best by γ, not the best success";
 }
 
+TEST(SearchSummary, counts_restarts_and_the_evaluations_that_success_took) {
+  FinalistRecord worse, better;
+  worse.algorithm = better.algorithm = "cma";
+  worse.kind = "best";
+  better.kind = "mean";
+  worse.gamma = 1;
+  worse.success = {3, 8};
+  better.gamma = 2;
+  better.success = {8, 8};
+  const auto summaries =
+      summarize_searches({evaluation(0, 0, 0.5, 2), evaluation(0, 1, 0.2, 3), evaluation(0, 2, 0.9, 4),
+                          evaluation(1, 0, 0.1, 0), evaluation(1, 1, 0.3, 3)},
+                         {worse, better});
+  ASSERT_EQ(summaries.size(), 1u);
+  const auto& cma = summaries[0];
+  EXPECT_EQ(cma.restarts, 2);
+  EXPECT_EQ(cma.scenarios, 4);
+  EXPECT_EQ(cma.everywhere.successes, 1);
+  EXPECT_EQ(cma.everywhere.trials, 2);
+  EXPECT_DOUBLE_EQ(cma.evaluations_mean, 3);
+  EXPECT_DOUBLE_EQ(cma.all_but_one_mean, 2);
+  EXPECT_EQ(cma.recommended.successes, 8) << "the better of a restart's recommendations counts";
+  EXPECT_EQ(cma.recommended_everywhere.trials, 1) << "restart 1 has no finalists here";
+}
+
 TEST(GeneralizationFigures, leave_out_what_was_not_tried) {
   PartResult part;
   part.name = "grasp";

@@ -212,10 +212,14 @@ TEST_F(LoopTest, robust_protocol_gives_the_optimizer_a_pool_and_scenarios_held_o
 TEST_F(LoopTest, ends_when_the_rules_no_longer_change) {
   SyntheticWorkers workers;
   study.parts[0].settings.rounds = 5;
+  study.parts[0].settings.optimizer.restarts = 3;
+  study.parts[0].settings.optimizer.later_restarts = 1;
   const auto result = run_study(study, directory / "run", workers);
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(result->parts[0].optimizations.size(), 2u) << "the second round cannot improve on certain success";
   EXPECT_NE(result->parts[0].end.find("no longer change"), std::string::npos);
+  EXPECT_EQ(workers.goals.at(0).restarts, 3);
+  EXPECT_EQ(workers.goals.at(1).restarts, 1);
 }
 
 TEST_F(LoopTest, compares_both_primitives_on_held_out_scenarios_of_every_level) {
