@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "physics/contact_filter.h"
 #include "robot/mesh_cover.h"
 #include "robot/mjcf.h"
 
@@ -117,6 +118,7 @@ std::string solver_mjcf(double timestep) {
 }
 
 Result<Model> compile(const std::string& mjcf, const std::filesystem::path& directory, const std::string& what) {
+  use_contact_filter();
   PRIMO_ASSIGN(auto model, robot::compile_mjcf(mjcf, directory, what));
   return Model(model.release());
 }
