@@ -71,17 +71,22 @@ std::string cause(const study::Rollout& rollout, const study::RolloutResult& res
   if (v.outcome == physics::Outcome::bad_plan) return "plan failed";
   const auto& scenario = rollout.scenario;
   const std::string& target = scenario.action[1];
-  const double end = rollout.primitive.duration;
-  for (const auto& contact : v.contacts) {  // in the order of their beginnings
-    if (contact.begin >= end || contact.second == target || contact.first == target) continue;
-    const bool first = is_object(scenario, contact.first), second = is_object(scenario, contact.second);
+  const double end = rollout.primitive.duration, closed = end + rollout.judge.close_seconds + 0.1;
+  const auto of_robot = [&](const std::string& name) {
+    return name != scenario.table.name && !is_object(scenario, name);
+  };
+  double touched = closed;
+  for (const auto& contact :
+       v.contacts) {  // in the order of their beginnings; the robot's links are first, the table before objects
+    if (!of_robot(contact.first)) continue;
+    if (contact.second == target) touched = std::min(touched, contact.begin);
+    if (contact.second == target || (contact.second != scenario.table.name && !is_object(scenario, contact.second)))
+      continue;
+    if (contact.begin >= closed || contact.peak_force < 0.5) continue;
     const bool support = scenario.action.size() > 2 && contact.second == scenario.action[2];
-    if (!first && (second || contact.second == scenario.table.name) && contact.peak_force > 0.5)
-      return support ? "hit support" : "collision";
-  }
-  double touched = end;
-  for (const auto& contact : v.contacts) {
-    if (!is_object(scenario, contact.first) && contact.second == target) touched = std::min(touched, contact.begin);
+    if (support) return "hit support";
+    if (contact.begin > touched) continue;  // the object was lost before
+    return contact.begin < end ? "collision on the way" : "collision while closing";
   }
   const bool grasp = scenario.action.size() == 2;
   const bool upright = v.after.contains({"upright", {target}});
@@ -167,6 +172,9 @@ Level measure(const Options& options, study::LocalWorkers& workers, const std::v
       std::fprintf(stderr, "%g %s: %s | %s | clear %.1f mm target %.1f mm error %.1f mm limit %.3f speed %.2f\n",
                    displacement, scenes[i].name.c_str(), why.c_str(), v.reason.c_str(), 1e3 * v.clearance,
                    1e3 * v.target_clearance, 1e3 * v.position_error, v.limit_margin, v.max_speed);
+      for (const auto& c : v.contacts)
+        std::fprintf(stderr, "    %s - %s %.2f..%.2f s, %.1f N\n", c.first.c_str(), c.second.c_str(), c.begin, c.end,
+                     c.peak_force);
       if (!options.failures.empty()) {
         const auto file =
             std::filesystem::path(options.failures) / (std::to_string(number) + "_" + scenes[i].name + ".yaml");
