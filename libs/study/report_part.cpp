@@ -174,11 +174,13 @@ std::string before_and_after(const PartMaterial& m) {
 
 std::string pictures(const PartMaterial& m) {
   const auto& p = m.pictures;
+  const std::string end =
+      m.part->training.front().held ? " at the final pose: " : ", fingers closed at the final pose: ";
   return "<div class=\"pair\">" +
          figure(image_url(p.motion_before), "Hand-tuned P: start, middle and end of the motion, its path dashed") +
          figure(image_url(p.motion_after), "Optimized P*: the motion, its path solid") +
-         figure(image_url(p.hand_before), "P, fingers closed at the final pose: " + p.verdict_before) +
-         figure(image_url(p.hand_after), "P*, fingers closed at the final pose: " + p.verdict_after) +
+         figure(image_url(p.hand_before), "P" + end + p.verdict_before) +
+         figure(image_url(p.hand_after), "P*" + end + p.verdict_after) +
          figure(image_url(p.motion_both), "Both paths in training scene “" + p.scenario + "”: P* solid, P beside it") +
          figure(image_url(p.scene), "Training scene “" + p.scenario + "”; the purple object is the action's") +
          "</div>";

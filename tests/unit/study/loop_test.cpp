@@ -148,6 +148,9 @@ TEST_F(LoopTest, counts_of_a_places_two_criteria_are_kept_with_the_result) {
 }
 
 TEST_F(LoopTest, ends_with_the_same_bytes_however_often_it_was_stopped) {
+  study.parts[0].settings.generalization.levels = {0.02};
+  study.parts[0].settings.generalization.scenarios = 15;
+  study.parts[0].settings.generalization.executed = 5;
   SyntheticWorkers undisturbed;
   ASSERT_TRUE(run_study(study, directory / "whole", undisturbed).ok());
   int rollouts = 0, runs = 0;
