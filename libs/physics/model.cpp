@@ -120,6 +120,9 @@ std::string solver_mjcf(double timestep) {
 Result<Model> compile(const std::string& mjcf, const std::filesystem::path& directory, const std::string& what) {
   use_contact_filter();
   PRIMO_ASSIGN(auto model, robot::compile_mjcf(mjcf, directory, what));
+  // MuJoCo changes to sparse matrices at 60 degrees of freedom; scenes of several free bodies gain from 36.
+  constexpr int kSparse = 36;
+  if (model->nv >= kSparse) model->opt.jacobian = mjJAC_SPARSE;
   return Model(model.release());
 }
 

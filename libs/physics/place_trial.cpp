@@ -115,6 +115,7 @@ class Trial {
     mjtNum* quat = m_->body_quat + 4 * w_.hand_body;
     quat[0] = R.w(), quat[1] = R.x(), quat[2] = R.y(), quat[3] = R.z();
     mj_resetData(m_, d_);
+    w_.bystanders.rest(m_, d_);
     w_.joints.set(d_, q);
     for (const auto& object : request_.scenario.objects) {
       Pose X = object.X_WO();
@@ -153,6 +154,7 @@ class Trial {
   /// speed: of the hand along its slide, m/s.
   bool advance(double speed) {
     d_->qvel[w_.slide] = speed;
+    w_.bystanders.wake_touched(m_, d_);
     mj_step2(m_, d_);
     ++steps_;
     return !diverged(d_);
@@ -230,6 +232,7 @@ Result<PlaceWorkspace> PlaceWorkspace::create(const robot::Robot& robot, const H
   PRIMO_CHECK(w.hand_body > 0 && w.model.joint(kHand) >= 0, "the place model holds the hand");
   w.slide = w.model->jnt_dofadr[w.model.joint(kHand)];
   w.pin = Pin(w.model, w.model.joint(scenario.held->object));
+  w.bystanders = Bystanders(w.model, scenario);
   return w;
 }
 

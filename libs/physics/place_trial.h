@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 
+#include "physics/bystanders.h"
 #include "physics/execution.h"
 #include "physics/hand_model.h"
 #include "physics/place_end.h"
@@ -22,6 +23,7 @@ struct PlaceWorkspace {
   PlaceBodies bodies;
   int hand_body = -1, slide = -1;
   Pin pin;  ///< of the held object
+  Bystanders bystanders;
 
   /// Poses of the scenario's objects are not part of it. Errors: what MuJoCo refuses.
   static Result<PlaceWorkspace> create(const robot::Robot& robot, const HandMjcf& hand, const scene::Scenario& scenario,

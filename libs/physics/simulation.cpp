@@ -118,7 +118,8 @@ Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, M
       joints_(robot, m_),
       object_body_(model_.body(object)),
       object_geom_(model_.geom("object:" + object)),
-      pin_(model_, model_.joint(object)) {
+      pin_(model_, model_.joint(object)),
+      bystanders_(model_, request.scenario) {
   // The judge drives the joints by torques from the robot file; the model's own actuators stay off.
   m_->opt.disableflags |= mjDSBL_ACTUATION;
   // The arm's derivative gains act as joint damping, which Euler integrates implicitly: as explicit torques they
@@ -130,6 +131,7 @@ Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, M
   palm_ = m_->jnt_bodyid[palm_];
   q_ = request.q.row(0).transpose();
   velocity_ = Eigen::VectorXd::Zero(q_.size());
+  bystanders_.rest(m_, d_);
   joints_.set(d_, q_);
   mj_forward(m_, d_);
   contacts_ = ContactLog(m_);
@@ -137,6 +139,7 @@ Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, M
 
 bool Simulation::step(const Reference& reference, Fingers fingers, bool gains) {
   mj_step1(m_, d_);
+  bystanders_.wake_touched(m_, d_);
   joints_.get(d_, q_, velocity_);
   drive_arm(reference, fingers, gains);
   const Eigen::VectorXd planned = reference.q.tail(robot_.hand_joints());

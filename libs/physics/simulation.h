@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "physics/bystanders.h"
 #include "physics/contact_log.h"
 #include "physics/joint_map.h"
 #include "physics/recording.h"
@@ -92,6 +93,7 @@ class Simulation {
   JointMap joints_;
   int object_body_, object_geom_, palm_ = 0;
   Pin pin_;  // of the object
+  Bystanders bystanders_;
   Eigen::VectorXd q_, velocity_, targets_;
   ContactLog contacts_;
   int steps_ = 0;
