@@ -19,10 +19,11 @@ Execution lift_and_hold(const robot::Robot& robot, Simulation& simulation, Execu
   const Eigen::MatrixXd path = straight_path(robot, q_end, {0, 0, kLiftHeight}, kParts);
   const Pose X_start = simulation.X_PO();
   const double height = simulation.object_height();
-  const int steps = simulation.steps_in(kLiftSeconds + kHoldSeconds), window = simulation.steps_in(0.05);
+  const double row = row_seconds(robot, path, kLiftSeconds / kParts);
+  const int steps = simulation.steps_in(kParts * row + kHoldSeconds), window = simulation.steps_in(0.05);
   bool opposed = false;
   for (int k = 0; k < steps; ++k) {
-    const Reference reference = reference_at(path, kLiftSeconds / kParts, k * simulation.timestep());
+    const Reference reference = reference_at(path, row, k * simulation.timestep());
     if (!simulation.step(reference, Simulation::Fingers::hold, false)) {
       return finish(simulation, std::move(execution), Outcome::unstable, "the simulation diverged while lifting", 0);
     }

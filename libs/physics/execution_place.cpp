@@ -21,11 +21,12 @@ bool retreat(const robot::Robot& robot, Simulation& simulation, const Eigen::Vec
   const Eigen::VectorXd holding = simulation.finger_targets();
   const Eigen::Vector3d back = -kRetreat * robot.pose(robot.forward(q_end), robot.grasp_frame()).linear().col(2);
   const Eigen::MatrixXd path = straight_path(robot, q_end, back, kParts);
-  const int steps = simulation.steps_in(kOpenSeconds + kRetreatSeconds);
+  const double row = row_seconds(robot, path, kRetreatSeconds / kParts);
+  const int steps = simulation.steps_in(kOpenSeconds + kParts * row);
   for (int k = 0; k < steps; ++k) {
     const double time = k * simulation.timestep();
     simulation.set_finger_targets(opening_targets(robot, holding, time));
-    const Reference reference = reference_at(path, kRetreatSeconds / kParts, std::max(0.0, time - kOpenSeconds));
+    const Reference reference = reference_at(path, row, time - kOpenSeconds);
     if (!simulation.step(reference, Simulation::Fingers::hold, false)) return false;
   }
   return true;

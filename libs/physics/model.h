@@ -85,7 +85,8 @@ Result<Model> compile(const std::string& mjcf, const std::filesystem::path& dire
 
 /// Solver options that hold a grasp, and contact parameters of scene geoms, as MJCF text.
 std::string solver_mjcf(double timestep);
-std::string contact_attributes();
+/// margin: m, the distance at which forces begin.
+std::string contact_attributes(double margin = 0);
 /// `text` safe inside an MJCF attribute.
 std::string xml_escape(const std::string& text);
 /// Numbers as MJCF has them: shortest form that reads back to the same double, separated by spaces.

@@ -64,6 +64,8 @@ Eigen::VectorXd limited_step(const robot::Robot& robot, const Eigen::VectorXd& q
 }  // namespace
 
 Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, const Eigen::Vector3d& along, int parts) {
+  constexpr int kMostIterations = 25;
+  constexpr double kSmallStep = 1e-5;  // rad
   Eigen::MatrixXd path(parts + 1, q.size());
   path.row(0) = q.transpose();
   robot::Kinematics kinematics = robot.forward(q);
@@ -71,7 +73,7 @@ Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, cons
   const int body = robot.grasp_frame().body, arm = robot.arm_joints();
   for (int part = 1; part <= parts; ++part) {
     const double s = static_cast<double>(part) / parts;
-    for (int iteration = 0; iteration < 5; ++iteration) {
+    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       robot.forward(q, kinematics);
       const Pose X_WG = robot.pose(kinematics, robot.grasp_frame());
       Eigen::Matrix<double, 9, 1> error;
@@ -84,11 +86,24 @@ Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, cons
         J.middleRows(3 + 3 * axis, 3) =
             0.1 * robot.vector_jacobian(kinematics, body, X_WG.linear().col(axis)).leftCols(arm);
       }
-      q.head(arm) += limited_step(robot, q, std::move(J), error);
+      const Eigen::VectorXd step = limited_step(robot, q, std::move(J), error);
+      q.head(arm) += step;
+      if (step.cwiseAbs().maxCoeff() < kSmallStep) break;
     }
     path.row(part) = q.transpose();
   }
   return path;
+}
+
+double row_seconds(const robot::Robot& robot, const Eigen::MatrixXd& path, double shortest) {
+  constexpr double kSlowest = 4;
+  double seconds = shortest;
+  for (int i = 0; i < robot.arm_joints(); ++i) {
+    const double step = (path.col(i).tail(path.rows() - 1) - path.col(i).head(path.rows() - 1)).cwiseAbs().maxCoeff();
+    const double speed = robot.file().arm[static_cast<std::size_t>(i)].max_speed;
+    if (speed > 0) seconds = std::max(seconds, step / speed);
+  }
+  return std::min(seconds, kSlowest * shortest);
 }
 
 Simulation::Simulation(const robot::Robot& robot, const JudgeRequest& request, Model model, const std::string& object,
@@ -201,11 +216,13 @@ void Simulation::drive_arm(const Reference& r, Fingers fingers, bool gains) {
   for (int i = 0; i < arm; ++i) {
     const auto& spec = robot_.file().arm[static_cast<std::size_t>(i)];
     const int dof = joints_.dof(i);
-    // The damping torque of the moving reference; with the model's own damping it makes kd (q̇* − q̇).
-    const double total =
-        torque[dof] + d_->qfrc_bias[dof] + m_->dof_damping[dof] * r.velocity[i] + spec.kp * (r.q[i] - q_[i]);
+    const double damping = m_->dof_damping[dof];
+    // The drive's whole torque is limited, kd (q̇* − q̇) included. −kd q̇ is in the model's damping, so it is added here.
+    const double total = torque[dof] + d_->qfrc_bias[dof] + damping * r.velocity[i] + spec.kp * (r.q[i] - q_[i]) -
+                         spec.kd * velocity_[i];
     const double limit = spec.max_torque > 0 ? spec.max_torque : std::numeric_limits<double>::infinity();
-    d_->qfrc_applied[dof] = std::isfinite(total) ? std::clamp(total, -limit, limit) : 0.0;
+    const double drive = std::isfinite(total) ? std::clamp(total, -limit, limit) : 0.0;
+    d_->qfrc_applied[dof] = drive + spec.kd * velocity_[i];
   }
 }
 

@@ -28,6 +28,10 @@ Reference at_rest(const Eigen::VectorXd& q);
 /// judge's motion, and nothing that a plan should be blamed for (docs/decisions/0203).
 Eigen::MatrixXd straight_path(const robot::Robot& robot, Eigen::VectorXd q, const Eigen::Vector3d& along, int parts);
 
+/// How long a row of such a path takes, s: `shortest`, or longer, up to four times that, where an arm joint would be
+/// faster than its max_speed.
+double row_seconds(const robot::Robot& robot, const Eigen::MatrixXd& path, double shortest);
+
 class Simulation {
  public:
   /// `object`: what displacements and grips are measured of. What happens is also written into `recording`, where there

@@ -50,6 +50,7 @@ class Evaluator {
 /// What to optimize: P on K training scenarios against a desired outcome.
 struct OptimizeGoal {
   std::string study;  ///< study id
+  std::string part;   ///< of the study
   int round = 0;
   std::string directory;                   ///< of the study, where the journal is
   motion::Primitive primitive;             ///< ρ of P; the open entries are optimized

@@ -125,6 +125,7 @@ std::string key_of(const scene::Scenario& scenario) {
 std::string key_of(const OptimizeGoal& goal) {
   Digest digest("optimize");
   digest.add(goal.study);
+  digest.add(goal.part);
   digest.add(goal.round);
   digest.add(goal.primitive);
   digest.add(goal.scenarios);

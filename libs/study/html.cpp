@@ -35,9 +35,10 @@ std::string number(const char* format, double value) {
   return buffer.data();
 }
 
-std::string png_url(std::string_view bytes) {
+std::string image_url(std::string_view bytes, std::string_view type) {
   static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out = "data:image/png;base64,";
+  std::string out = "data:image/";
+  out.append(type).append(";base64,");
   out.reserve(out.size() + bytes.size() * 4 / 3 + 4);
   const auto byte = [&](std::size_t i) {
     return i < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[i])) : 0u;
@@ -49,10 +50,19 @@ std::string png_url(std::string_view bytes) {
   return out;
 }
 
+std::string figure(const std::string& url, const std::string& caption) {
+  return "<figure><img alt=\"" + escape(caption) + "\" src=\"" + url + "\"><figcaption>" + escape(caption) +
+         "</figcaption></figure>";
+}
+
+std::string section(const std::string& title, const std::string& content) {
+  return "<section><h2>" + title + "</h2>\n" + content + "</section>\n";
+}
+
 std::string rate_cell(const Rate& rate) {
   if (rate.trials == 0) return "–";
   return "<b>" + number("%.0f", 100 * rate.value()) + " %</b><small>" + std::to_string(rate.successes) + " of " +
-         std::to_string(rate.trials) + ", 95 % interval " + number("%.0f", 100 * rate.lower()) + "–" +
+         std::to_string(rate.trials) + ", 95 %: " + number("%.0f", 100 * rate.lower()) + "–" +
          number("%.0f", 100 * rate.upper()) + " %</small>";
 }
 
@@ -80,6 +90,7 @@ body{margin:0;background:var(--ground);color:var(--ink);font:16px/1.55 system-ui
 main{max-width:1080px;margin:0 auto;padding:28px 18px 60px}
 h1{font-size:1.75rem;line-height:1.2;margin:0 0 4px}
 h2{font-size:1.15rem;margin:0 0 12px}
+h3{font-size:1rem;margin:16px 0 8px}
 p{margin:0 0 12px}
 .sub{color:var(--soft);margin-bottom:22px}
 section{background:var(--card);border:1px solid var(--line);border-radius:12px;padding:20px 22px;margin:0 0 18px}
@@ -106,11 +117,9 @@ td small{display:block;color:var(--soft);font-size:.8rem}
 td{font-variant-numeric:tabular-nums}
 figure{margin:0}figure img{width:100%;height:auto;border-radius:8px;display:block;background:#ddd}
 figcaption{color:var(--soft);font-size:.86rem;margin-top:6px}
-svg{width:100%;height:auto;display:block}
-svg text{fill:var(--soft);font:12px system-ui,"DejaVu Sans",sans-serif}
-svg .axis{stroke:var(--line);stroke-width:1}svg .line{fill:none;stroke-width:2.2;stroke-linejoin:round}
-.legend{display:flex;gap:18px;flex-wrap:wrap;color:var(--soft);font-size:.88rem;margin-top:8px}
-.legend i{display:inline-block;width:22px;height:3px;border-radius:2px;margin-right:7px;vertical-align:middle}
+h2.part{font-size:1.4rem;margin:34px 0 14px}
+nav{margin:0 0 18px;display:flex;gap:16px;flex-wrap:wrap}nav a{color:var(--before)}
+.three{display:grid;gap:14px;grid-template-columns:repeat(auto-fit,minmax(min(100%,290px),1fr))}
 .bar{background:var(--line);border-radius:4px;height:9px;min-width:120px;overflow:hidden}.bar i{display:block;height:100%}
 .note{color:var(--soft);font-size:.9rem}.scroll+.note{margin-top:12px}
 details{margin-top:10px}summary{cursor:pointer;font-weight:600}

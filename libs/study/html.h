@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "study/journal.h"
+#include "core/statistics.h"
 
 namespace primo::study::html {
 
@@ -15,8 +15,14 @@ std::string escape(std::string_view text);
 /// Printf of a double.
 std::string number(const char* format, double value);
 
-/// A data: URL of a PNG's bytes.
-std::string png_url(std::string_view bytes);
+/// A data: URL of an image's bytes; `type` as in "png" or "svg+xml".
+std::string image_url(std::string_view bytes, std::string_view type = "png");
+
+/// A picture with its caption, which also stands in for it.
+std::string figure(const std::string& url, const std::string& caption);
+
+/// A section with its title.
+std::string section(const std::string& title, const std::string& content);
 
 /// "83 %" with "5 of 6, 95 % 44–97 %" below; a dash without trials.
 std::string rate_cell(const Rate& rate);
@@ -26,12 +32,5 @@ std::string table(const std::vector<std::string>& head, const std::vector<std::v
 
 /// The style sheet: light and dark, from a phone to a wide screen.
 extern const char* const kStyle;
-
-/// Success rate and γ of the best candidate so far against evaluations, one line for each algorithm (the mean over its
-/// restarts, with its standard error as a band), as an SVG element for each of the two.
-struct Curves {
-  std::string success, gamma, legend;
-};
-Curves learning_curves(const std::vector<EvaluationRecord>& evaluations);
 
 }  // namespace primo::study::html

@@ -22,20 +22,24 @@ using sqlite::Transaction;
 
 constexpr int kApplicationId = 0x5072696d;  // "Prim"
 
+/// Up to this size a journal is checked whole when it is opened, in about a second; every answer carries a digest of
+/// its own, which is checked when it is read.
+constexpr std::uintmax_t kMostCheckedBytes = 256u << 20;
+
 constexpr const char* kSchema = R"sql(
   PRAGMA application_id = 1349675373;
-  PRAGMA user_version = 2;
+  PRAGMA user_version = 3;
   CREATE TABLE answers (key TEXT PRIMARY KEY, kind TEXT NOT NULL, reply TEXT NOT NULL, digest TEXT NOT NULL, seconds REAL NOT NULL);
-  CREATE TABLE evaluations (round INTEGER, algorithm TEXT, restart INTEGER, generation INTEGER, candidate INTEGER, gamma REAL,
-    successes INTEGER, final_pose INTEGER, scenarios INTEGER, x TEXT, PRIMARY KEY (round, algorithm, restart, generation, candidate))
+  CREATE TABLE evaluations (part TEXT, round INTEGER, algorithm TEXT, restart INTEGER, generation INTEGER, candidate INTEGER, gamma REAL,
+    successes INTEGER, final_pose INTEGER, scenarios INTEGER, x TEXT, PRIMARY KEY (part, round, algorithm, restart, generation, candidate))
     WITHOUT ROWID;
-  CREATE TABLE finalists (round INTEGER, algorithm TEXT, restart INTEGER, kind TEXT, gamma REAL, successes INTEGER, trials INTEGER,
-    chosen INTEGER, x TEXT, PRIMARY KEY (round, algorithm, restart, kind)) WITHOUT ROWID;
-  CREATE TABLE sensitivities (round INTEGER, entry INTEGER, name TEXT, log INTEGER, side INTEGER, x REAL, gamma REAL,
-    successes INTEGER, trials INTEGER, PRIMARY KEY (round, entry, side)) WITHOUT ROWID;
-  CREATE TABLE timings (id INTEGER PRIMARY KEY, round INTEGER, stage TEXT, seconds REAL, rollouts INTEGER);
+  CREATE TABLE finalists (part TEXT, round INTEGER, algorithm TEXT, restart INTEGER, kind TEXT, gamma REAL, successes INTEGER, trials INTEGER,
+    chosen INTEGER, x TEXT, PRIMARY KEY (part, round, algorithm, restart, kind)) WITHOUT ROWID;
+  CREATE TABLE sensitivities (part TEXT, round INTEGER, entry INTEGER, name TEXT, log INTEGER, side INTEGER, x REAL, gamma REAL,
+    successes INTEGER, trials INTEGER, PRIMARY KEY (part, round, entry, side)) WITHOUT ROWID;
+  CREATE TABLE timings (id INTEGER PRIMARY KEY, part TEXT, round INTEGER, stage TEXT, seconds REAL, rollouts INTEGER);
 )sql";
-static_assert(kApplicationId == 1349675373 && Journal::kVersion == 2, "the schema states both as literals");
+static_assert(kApplicationId == 1349675373 && Journal::kVersion == 3, "the schema states both as literals");
 
 /// Guards a row against bytes that changed on the disk: SQLite has no checksums of its own.
 std::string row_digest(const std::string& key, const std::string& kind, const std::string& reply) {
@@ -67,6 +71,8 @@ Result<std::int64_t> pragma(sqlite3* database, const fs::path& file, const char*
 }
 
 Status check_integrity(sqlite3* database, const fs::path& file) {
+  std::error_code ignored;
+  if (fs::file_size(file, ignored) > kMostCheckedBytes) return success();
   PRIMO_ASSIGN(Statement statement, Statement::prepare(database, file.string(), "PRAGMA integrity_check(1)"));
   PRIMO_ASSIGN(const bool row, statement.step());
   if (!row || statement.text(0) != "ok")
@@ -195,9 +201,9 @@ Status Journal::record_evaluations(std::span<const EvaluationRecord> evaluations
   PRIMO_ASSIGN(Transaction transaction, Transaction::begin(database_.get(), name));
   PRIMO_ASSIGN(Statement insert,
                Statement::prepare(database_.get(), name,
-                                  "INSERT OR REPLACE INTO evaluations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"));
+                                  "INSERT OR REPLACE INTO evaluations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"));
   for (const auto& e : evaluations) {
-    insert.bind(e.round).bind(e.algorithm).bind(e.restart).bind(e.generation).bind(e.index).bind(e.gamma);
+    insert.bind(e.part).bind(e.round).bind(e.algorithm).bind(e.restart).bind(e.generation).bind(e.index).bind(e.gamma);
     insert.bind(e.successes).bind(e.final_pose).bind(e.scenarios).bind(encode_x(e.x));
     PRIMO_TRY(insert.run());
   }
@@ -207,24 +213,25 @@ Status Journal::record_evaluations(std::span<const EvaluationRecord> evaluations
 Result<std::vector<EvaluationRecord>> Journal::evaluations() {
   PRIMO_ASSIGN(Statement rows,
                Statement::prepare(database_.get(), file_.string(),
-                                  "SELECT round, algorithm, restart, generation, candidate, gamma, successes, "
+                                  "SELECT part, round, algorithm, restart, generation, candidate, gamma, successes, "
                                   "final_pose, scenarios, x FROM evaluations "
-                                  "ORDER BY round, algorithm, restart, generation, candidate"));
+                                  "ORDER BY part, round, algorithm, restart, generation, candidate"));
   std::vector<EvaluationRecord> found;
   while (true) {
     PRIMO_ASSIGN(const bool row, rows.step());
     if (!row) return found;
     EvaluationRecord e;
-    e.round = static_cast<int>(rows.integer(0));
-    e.algorithm = rows.text(1);
-    e.restart = static_cast<int>(rows.integer(2));
-    e.generation = static_cast<int>(rows.integer(3));
-    e.index = static_cast<int>(rows.integer(4));
-    e.gamma = rows.real(5);
-    e.successes = static_cast<int>(rows.integer(6));
-    e.final_pose = static_cast<int>(rows.integer(7));
-    e.scenarios = static_cast<int>(rows.integer(8));
-    PRIMO_ASSIGN(e.x, decode_x(rows.text(9)));
+    e.part = rows.text(0);
+    e.round = static_cast<int>(rows.integer(1));
+    e.algorithm = rows.text(2);
+    e.restart = static_cast<int>(rows.integer(3));
+    e.generation = static_cast<int>(rows.integer(4));
+    e.index = static_cast<int>(rows.integer(5));
+    e.gamma = rows.real(6);
+    e.successes = static_cast<int>(rows.integer(7));
+    e.final_pose = static_cast<int>(rows.integer(8));
+    e.scenarios = static_cast<int>(rows.integer(9));
+    PRIMO_ASSIGN(e.x, decode_x(rows.text(10)));
     found.push_back(std::move(e));
   }
 }
@@ -232,11 +239,11 @@ Result<std::vector<EvaluationRecord>> Journal::evaluations() {
 Status Journal::record_finalists(std::span<const FinalistRecord> finalists) {
   const std::string name = file_.string();
   PRIMO_ASSIGN(Transaction transaction, Transaction::begin(database_.get(), name));
-  PRIMO_ASSIGN(
-      Statement insert,
-      Statement::prepare(database_.get(), name, "INSERT OR REPLACE INTO finalists VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"));
+  PRIMO_ASSIGN(Statement insert,
+               Statement::prepare(database_.get(), name,
+                                  "INSERT OR REPLACE INTO finalists VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"));
   for (const auto& f : finalists) {
-    insert.bind(f.round).bind(f.algorithm).bind(f.restart).bind(f.kind).bind(f.gamma);
+    insert.bind(f.part).bind(f.round).bind(f.algorithm).bind(f.restart).bind(f.kind).bind(f.gamma);
     insert.bind(f.success.successes).bind(f.success.trials).bind(f.chosen ? 1 : 0).bind(encode_x(f.x));
     PRIMO_TRY(insert.run());
   }
@@ -246,21 +253,22 @@ Status Journal::record_finalists(std::span<const FinalistRecord> finalists) {
 Result<std::vector<FinalistRecord>> Journal::finalists() {
   PRIMO_ASSIGN(Statement rows,
                Statement::prepare(database_.get(), file_.string(),
-                                  "SELECT round, algorithm, restart, kind, gamma, successes, trials, chosen, x "
-                                  "FROM finalists ORDER BY round, algorithm, restart, kind"));
+                                  "SELECT part, round, algorithm, restart, kind, gamma, successes, trials, chosen, x "
+                                  "FROM finalists ORDER BY part, round, algorithm, restart, kind"));
   std::vector<FinalistRecord> found;
   while (true) {
     PRIMO_ASSIGN(const bool row, rows.step());
     if (!row) return found;
     FinalistRecord f;
-    f.round = static_cast<int>(rows.integer(0));
-    f.algorithm = rows.text(1);
-    f.restart = static_cast<int>(rows.integer(2));
-    f.kind = rows.text(3);
-    f.gamma = rows.real(4);
-    f.success = {rows.integer(5), rows.integer(6)};
-    f.chosen = rows.integer(7) != 0;
-    PRIMO_ASSIGN(f.x, decode_x(rows.text(8)));
+    f.part = rows.text(0);
+    f.round = static_cast<int>(rows.integer(1));
+    f.algorithm = rows.text(2);
+    f.restart = static_cast<int>(rows.integer(3));
+    f.kind = rows.text(4);
+    f.gamma = rows.real(5);
+    f.success = {rows.integer(6), rows.integer(7)};
+    f.chosen = rows.integer(8) != 0;
+    PRIMO_ASSIGN(f.x, decode_x(rows.text(9)));
     found.push_back(std::move(f));
   }
 }
@@ -270,10 +278,10 @@ Status Journal::record_sensitivities(std::span<const SensitivityRecord> sensitiv
   PRIMO_ASSIGN(Transaction transaction, Transaction::begin(database_.get(), name));
   PRIMO_ASSIGN(Statement insert,
                Statement::prepare(database_.get(), name,
-                                  "INSERT OR REPLACE INTO sensitivities VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"));
+                                  "INSERT OR REPLACE INTO sensitivities VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"));
   for (const auto& s : sensitivities) {
     for (std::size_t side = 0; side < s.x.size(); ++side) {
-      insert.bind(s.round).bind(s.index).bind(s.entry).bind(s.log ? 1 : 0).bind(static_cast<int>(side));
+      insert.bind(s.part).bind(s.round).bind(s.index).bind(s.entry).bind(s.log ? 1 : 0).bind(static_cast<int>(side));
       insert.bind(s.x[side]).bind(s.gamma[side]).bind(s.success[side].successes).bind(s.success[side].trials);
       PRIMO_TRY(insert.run());
     }
@@ -284,41 +292,49 @@ Status Journal::record_sensitivities(std::span<const SensitivityRecord> sensitiv
 Result<std::vector<SensitivityRecord>> Journal::sensitivities() {
   PRIMO_ASSIGN(Statement rows,
                Statement::prepare(database_.get(), file_.string(),
-                                  "SELECT round, entry, name, log, side, x, gamma, successes, trials FROM "
-                                  "sensitivities ORDER BY round, entry, side"));
+                                  "SELECT part, round, entry, name, log, side, x, gamma, successes, trials FROM "
+                                  "sensitivities ORDER BY part, round, entry, side"));
   std::vector<SensitivityRecord> found;
   while (true) {
     PRIMO_ASSIGN(const bool row, rows.step());
     if (!row) return found;
-    const auto side = static_cast<std::size_t>(rows.integer(4));
+    const auto side = static_cast<std::size_t>(rows.integer(5));
     if (side == 0) found.emplace_back();
     if (found.empty() || side >= found.back().x.size()) return damaged(file_, "has sensitivities out of order");
     SensitivityRecord& s = found.back();
-    s.round = static_cast<int>(rows.integer(0));
-    s.index = static_cast<int>(rows.integer(1));
-    s.entry = rows.text(2);
-    s.log = rows.integer(3) != 0;
-    s.x[side] = rows.real(5);
-    s.gamma[side] = rows.real(6);
-    s.success[side] = {rows.integer(7), rows.integer(8)};
+    s.part = rows.text(0);
+    s.round = static_cast<int>(rows.integer(1));
+    s.index = static_cast<int>(rows.integer(2));
+    s.entry = rows.text(3);
+    s.log = rows.integer(4) != 0;
+    s.x[side] = rows.real(6);
+    s.gamma[side] = rows.real(7);
+    s.success[side] = {rows.integer(8), rows.integer(9)};
   }
 }
 
 Status Journal::record_timing(const TimingRecord& timing) {
-  PRIMO_ASSIGN(Statement insert,
-               Statement::prepare(database_.get(), file_.string(),
-                                  "INSERT INTO timings (round, stage, seconds, rollouts) VALUES (?, ?, ?, ?)"));
-  return insert.bind(timing.round).bind(timing.stage).bind(timing.seconds).bind(timing.rollouts).run();
+  PRIMO_ASSIGN(
+      Statement insert,
+      Statement::prepare(database_.get(), file_.string(),
+                         "INSERT INTO timings (part, round, stage, seconds, rollouts) VALUES (?, ?, ?, ?, ?)"));
+  return insert.bind(timing.part)
+      .bind(timing.round)
+      .bind(timing.stage)
+      .bind(timing.seconds)
+      .bind(timing.rollouts)
+      .run();
 }
 
 Result<std::vector<TimingRecord>> Journal::timings() {
-  PRIMO_ASSIGN(Statement rows, Statement::prepare(database_.get(), file_.string(),
-                                                  "SELECT round, stage, seconds, rollouts FROM timings ORDER BY id"));
+  PRIMO_ASSIGN(Statement rows,
+               Statement::prepare(database_.get(), file_.string(),
+                                  "SELECT part, round, stage, seconds, rollouts FROM timings ORDER BY id"));
   std::vector<TimingRecord> found;
   while (true) {
     PRIMO_ASSIGN(const bool row, rows.step());
     if (!row) return found;
-    found.push_back({static_cast<int>(rows.integer(0)), rows.text(1), rows.real(2), rows.integer(3)});
+    found.push_back({rows.text(0), static_cast<int>(rows.integer(1)), rows.text(2), rows.real(3), rows.integer(4)});
   }
 }
 

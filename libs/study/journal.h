@@ -29,6 +29,7 @@ struct Answer {
 
 /// One evaluation of γ: a point of the learning curve.
 struct EvaluationRecord {
+  std::string part;  ///< of the study
   int round = 0;
   std::string algorithm;
   int restart = 0;
@@ -43,6 +44,7 @@ struct EvaluationRecord {
 
 /// A recommendation re-evaluated with fresh seeds.
 struct FinalistRecord {
+  std::string part;  ///< of the study
   int round = 0;
   std::string algorithm;  ///< cma, monte_carlo, …; "P" for the primitive the optimization began with
   int restart = 0;
@@ -55,6 +57,7 @@ struct FinalistRecord {
 
 /// γ around the chosen primitive along one of its open entries: at the choice, a step below it, a step above it.
 struct SensitivityRecord {
+  std::string part;  ///< of the study
   int round = 0;
   int index = 0;              ///< of the entry
   std::string entry;          ///< its name
@@ -66,6 +69,7 @@ struct SensitivityRecord {
 
 /// Wall-clock time of a stage that ran to its end. Never part of a result.
 struct TimingRecord {
+  std::string part;  ///< of the study
   int round = 0;
   std::string stage;
   double seconds = 0;
@@ -93,18 +97,19 @@ class Journal {
   Result<std::vector<std::string>> record(std::span<const Answer> answers);
 
   Status record_evaluations(std::span<const EvaluationRecord> evaluations);
-  Result<std::vector<EvaluationRecord>> evaluations();  ///< in order of round, algorithm, restart, generation, index
+  Result<std::vector<EvaluationRecord>>
+  evaluations();  ///< in order of part, round, algorithm, restart, generation, index
   Status record_finalists(std::span<const FinalistRecord> finalists);
   Result<std::vector<FinalistRecord>> finalists();
   Status record_sensitivities(std::span<const SensitivityRecord> sensitivities);
-  Result<std::vector<SensitivityRecord>> sensitivities();  ///< in order of round, entry
+  Result<std::vector<SensitivityRecord>> sensitivities();  ///< in order of part, round, entry
   Status record_timing(const TimingRecord& timing);
   Result<std::vector<TimingRecord>> timings();          ///< in order of arrival
   Result<std::int64_t> count(const std::string& kind);  ///< answers of this kind
 
   const std::filesystem::path& file() const { return file_; }
 
-  static constexpr int kVersion = 2;
+  static constexpr int kVersion = 3;
 
  private:
   struct Closer {

@@ -163,6 +163,7 @@ Status Optimization::record(const Run& run, const std::vector<optim::Candidate>&
   std::vector<EvaluationRecord> records;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     EvaluationRecord record;
+    record.part = goal_.part;
     record.round = goal_.round;
     record.algorithm = run.algorithm;
     record.restart = run.restart;
@@ -182,6 +183,7 @@ void Optimization::report(const Run& run, const std::vector<Score>& scores, bool
   if (!on_progress_) return;
   Progress progress;
   progress.study = goal_.study;
+  progress.part = goal_.part;
   progress.round = goal_.round;
   progress.stage = "optimize";
   progress.algorithm = goal_.restarts > 1 ? run.algorithm + " " + std::to_string(run.restart + 1) : run.algorithm;
@@ -268,6 +270,7 @@ Status Optimization::search(Run& run) {
 void Optimization::add_finalists(const Run& run) {
   const auto add = [&](const char* kind, const std::vector<double>& x) {
     Finalist finalist;
+    finalist.record.part = goal_.part;
     finalist.record.round = goal_.round;
     finalist.record.algorithm = run.algorithm;
     finalist.record.restart = run.restart;
@@ -321,6 +324,7 @@ Status Optimization::explore(const Finalist& chosen) {
     const auto& entry = entries_[i];
     const double value = chosen.record.x[i], step = settings_.sensitivity * (entry.upper - entry.lower);
     SensitivityRecord record;
+    record.part = goal_.part;
     record.round = goal_.round;
     record.index = static_cast<int>(i);
     record.entry = entry.name;
@@ -347,6 +351,7 @@ Status Optimization::explore(const Finalist& chosen) {
 Result<OptimizeResult> Optimization::run() {
   // P itself stands for election too: an optimization that finds nothing better must not make things worse.
   Finalist start_primitive;
+  start_primitive.record.part = goal_.part;
   start_primitive.record.round = goal_.round;
   start_primitive.record.algorithm = "P";
   start_primitive.record.kind = "start";

@@ -14,8 +14,9 @@ namespace primo::study {
 /// Where a study or an optimization stands.
 struct Progress {
   std::string study;
+  std::string part;  ///< of the study
   int round = 0;
-  std::string stage;        ///< observe, collect, learn, optimize, execute, done
+  std::string stage;        ///< observe, collect, learn, optimize, execute, generalize, done
   std::string algorithm;    ///< with its restart where there are several: "cma 2"
   int done = 0, total = 0;  ///< evaluations, rollouts or scenarios of this stage
   double best_gamma = 0;    ///< of the samples of this algorithm and restart

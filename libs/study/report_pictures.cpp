@@ -1,12 +1,15 @@
 #include "study/report_pictures.h"
 
+#include <algorithm>
+#include <map>
 #include <utility>
 
 #include "core/files.h"
 #include "motion/planner.h"
 #include "physics/picture.h"
+#include "study/causes.h"
 #include "study/codec.h"
-#include "study/journal.h"
+#include "study/generalization.h"
 #include "study/local_workers.h"
 #include "study/rollout.h"
 
@@ -15,8 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One primitive in one training scenario.
-struct Grasp {
+/// Causes of each primitive that are shown.
+constexpr std::size_t kMostFailures = 4;
+
+/// One primitive in one scenario.
+struct Motion {
   Rollout rollout;
   motion::Plan plan;
   RolloutResult result;
@@ -24,18 +30,23 @@ struct Grasp {
 
 class Artist {
  public:
-  Artist(const Study& study, LocalWorkers& workers, Journal& journal, fs::path folder)
-      : study_(study), workers_(workers), journal_(journal), folder_(std::move(folder)) {}
+  Artist(const Part& part, LocalWorkers& workers, Journal& journal, fs::path folder)
+      : part_(part), workers_(workers), journal_(journal), folder_(std::move(folder)) {}
 
-  Result<Pictures> draw(const motion::Primitive& before, const motion::Primitive& after);
+  Status draw_training(const motion::Primitive& before, const motion::Primitive& after, PartPictures& pictures);
+  Status draw_failures(const std::vector<Level>& levels, const motion::Primitive& primitive, bool optimized,
+                       PartPictures& pictures);
 
  private:
   Result<scene::SceneEstimate> estimate(const scene::Scenario& scenario);
-  Result<Grasp> grasp(const motion::Primitive& primitive, std::size_t k);
-  Result<std::string> motion_picture(const Grasp& grasp, const std::string& name, bool dashed) const;
-  Result<std::string> hand_picture(const Grasp& grasp, const std::string& name) const;
+  Result<Motion> motion(Rollout rollout);
+  Result<Motion> in_training(const motion::Primitive& primitive, std::size_t k);
+  Result<std::string> motion_picture(const Motion& motion, const std::string& name, bool dashed,
+                                     const Motion* compare = nullptr) const;
+  Result<std::string> hand_picture(const Motion& motion, const std::string& name) const;
+  fs::path file(const std::string& name) const { return folder_ / (part_.name + "_" + name + ".png"); }
 
-  const Study& study_;
+  const Part& part_;
   LocalWorkers& workers_;
   Journal& journal_;
   fs::path folder_;
@@ -48,71 +59,119 @@ Result<scene::SceneEstimate> Artist::estimate(const scene::Scenario& scenario) {
   return observe_scenario(scenario);
 }
 
-Result<Grasp> Artist::grasp(const motion::Primitive& primitive, std::size_t k) {
-  Grasp grasp;
-  PRIMO_ASSIGN(auto seen, estimate(study_.training[k]));
-  grasp.rollout = {
-      study_.training[k],        std::move(seen),      primitive, validation_seed(study_.settings.seed, 0, k),
-      physics::Mode::final_pose, study_.settings.judge};
-  grasp.plan = motion::plan(workers_.robot(), plan_request(grasp.rollout));
-  if (!has_trajectory(grasp.plan)) {
-    return Error{Code::failed, "no plan to draw in " + study_.training[k].name + ": " + grasp.plan.reason};
+Result<Motion> Artist::motion(Rollout rollout) {
+  Motion motion;
+  motion.rollout = std::move(rollout);
+  motion.plan = motion::plan(workers_.robot(), plan_request(motion.rollout));
+  if (!has_trajectory(motion.plan)) {
+    return Error{Code::failed, "no plan to draw in " + motion.rollout.scenario.name + ": " + motion.plan.reason};
   }
-  PRIMO_ASSIGN(grasp.result, workers_.roll_out(grasp.rollout));
-  return grasp;
+  PRIMO_ASSIGN(motion.result, workers_.roll_out(motion.rollout));
+  return motion;
 }
 
-Result<std::string> Artist::motion_picture(const Grasp& grasp, const std::string& name, bool dashed) const {
+Result<Motion> Artist::in_training(const motion::Primitive& primitive, std::size_t k) {
+  PRIMO_ASSIGN(auto seen, estimate(part_.training[k]));
+  return motion({part_.training[k], std::move(seen), primitive, validation_seed(part_.settings.seed, 0, k),
+                 physics::Mode::final_pose, part_.settings.judge});
+}
+
+Result<std::string> Artist::motion_picture(const Motion& motion, const std::string& name, bool dashed,
+                                           const Motion* compare) const {
   physics::MotionPictureOptions options;
   options.dashed = dashed;
-  PRIMO_TRY(physics::render_motion_png(folder_ / name, workers_.robot(), grasp.rollout.scenario,
-                                       grasp.plan.trajectory.q, options));
-  return read_file(folder_ / name);
+  if (compare != nullptr) options.compare = &compare->plan.trajectory.q;
+  PRIMO_TRY(physics::render_motion_png(file(name), workers_.robot(), motion.rollout.scenario, motion.plan.trajectory.q,
+                                       options));
+  return read_file(file(name));
 }
 
-Result<std::string> Artist::hand_picture(const Grasp& grasp, const std::string& name) const {
-  const Eigen::VectorXd q = grasp.plan.trajectory.q.bottomRows(1).transpose();
+Result<std::string> Artist::hand_picture(const Motion& motion, const std::string& name) const {
+  const Eigen::VectorXd q = motion.plan.trajectory.q.bottomRows(1).transpose();
   physics::PictureOptions options;
-  options.view = physics::close_up(workers_.robot(), grasp.rollout.scenario, q);
+  options.view = physics::close_up(workers_.robot(), motion.rollout.scenario, q);
   options.close_hand = true;
-  PRIMO_TRY(physics::render_png(folder_ / name, &workers_.robot(), grasp.rollout.scenario, q, options));
-  return read_file(folder_ / name);
+  PRIMO_TRY(physics::render_png(file(name), &workers_.robot(), motion.rollout.scenario, q, options));
+  return read_file(file(name));
 }
 
-Result<Pictures> Artist::draw(const motion::Primitive& before, const motion::Primitive& after) {
+Status Artist::draw_training(const motion::Primitive& before, const motion::Primitive& after, PartPictures& pictures) {
   std::size_t shown = 0;
-  for (std::size_t k = 0; k < study_.training.size(); ++k) {
-    PRIMO_ASSIGN(const Grasp old_grasp, grasp(before, k));
-    PRIMO_ASSIGN(const Grasp new_grasp, grasp(after, k));
-    if (!old_grasp.result.verdict.success && new_grasp.result.verdict.success) {
+  for (std::size_t k = 0; k < part_.training.size(); ++k) {
+    PRIMO_ASSIGN(const Motion old_motion, in_training(before, k));
+    PRIMO_ASSIGN(const Motion new_motion, in_training(after, k));
+    if (!old_motion.result.verdict.success && new_motion.result.verdict.success) {
       shown = k;
       break;
     }
   }
-  PRIMO_ASSIGN(const Grasp old_grasp, grasp(before, shown));
-  PRIMO_ASSIGN(const Grasp new_grasp, grasp(after, shown));
-  Pictures pictures;
-  pictures.scenario = study_.training[shown].name;
-  pictures.verdict_before = old_grasp.result.verdict.reason;
-  pictures.verdict_after = new_grasp.result.verdict.reason;
-  const fs::path scene = folder_ / "scene.png";
-  PRIMO_TRY(physics::render_png(scene, &workers_.robot(), study_.training[shown],
-                                old_grasp.plan.trajectory.q.row(0).transpose()));
-  PRIMO_ASSIGN(pictures.scene, read_file(scene));
-  PRIMO_ASSIGN(pictures.motion_before, motion_picture(old_grasp, "motion_before.png", true));
-  PRIMO_ASSIGN(pictures.motion_after, motion_picture(new_grasp, "motion_after.png", false));
-  PRIMO_ASSIGN(pictures.hand_before, hand_picture(old_grasp, "hand_before.png"));
-  PRIMO_ASSIGN(pictures.hand_after, hand_picture(new_grasp, "hand_after.png"));
-  return pictures;
+  PRIMO_ASSIGN(const Motion old_motion, in_training(before, shown));
+  PRIMO_ASSIGN(const Motion new_motion, in_training(after, shown));
+  pictures.scenario = part_.training[shown].name;
+  pictures.verdict_before = old_motion.result.verdict.reason;
+  pictures.verdict_after = new_motion.result.verdict.reason;
+  PRIMO_TRY(physics::render_png(file("scene"), &workers_.robot(), part_.training[shown],
+                                old_motion.plan.trajectory.q.row(0).transpose()));
+  PRIMO_ASSIGN(pictures.scene, read_file(file("scene")));
+  PRIMO_ASSIGN(pictures.motion_before, motion_picture(old_motion, "motion_before", true));
+  PRIMO_ASSIGN(pictures.motion_after, motion_picture(new_motion, "motion_after", false));
+  PRIMO_ASSIGN(pictures.motion_both, motion_picture(new_motion, "motion_both", false, &old_motion));
+  PRIMO_ASSIGN(pictures.hand_before, hand_picture(old_motion, "hand_before"));
+  PRIMO_ASSIGN(pictures.hand_after, hand_picture(new_motion, "hand_after"));
+  return success();
+}
+
+Status Artist::draw_failures(const std::vector<Level>& levels, const motion::Primitive& primitive, bool optimized,
+                             PartPictures& pictures) {
+  // Each cause where it is most frequent.
+  std::map<std::string, std::size_t> worst;
+  const auto failures = [&](std::size_t level) -> const auto& {
+    return (optimized ? levels[level].after : levels[level].before).failures;
+  };
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    for (const auto& [cause, example] : failures(level)) {
+      const auto at = worst.emplace(cause, level).first;
+      if (example.count > failures(at->second).at(cause).count) at->second = level;
+    }
+  }
+  std::vector<std::pair<int, std::string>> order;
+  for (const auto& [cause, level] : worst) order.emplace_back(-failures(level).at(cause).count, cause);
+  std::sort(order.begin(), order.end());
+  if (order.size() > kMostFailures) order.resize(kMostFailures);
+  for (const auto& [count, cause] : order) {
+    const std::size_t level = worst.at(cause);
+    const auto index = static_cast<std::size_t>(failures(level).at(cause).scenario);
+    PRIMO_ASSIGN(auto scenario, held_out_scenario(part_, level, index));
+    PRIMO_ASSIGN(auto seen, estimate(scenario));
+    auto failed = motion(held_out_rollout(part_, level, index, std::move(scenario), std::move(seen), primitive,
+                                          physics::Mode::final_pose));
+    if (!failed) continue;  // a plan without a trajectory has nothing to draw
+    FailurePicture picture{optimized,
+                           cause,
+                           -count,
+                           static_cast<int>(levels[level].strict.trials()),
+                           levels[level].displacement,
+                           "",
+                           failed->result.verdict.reason};
+    PRIMO_ASSIGN(picture.png,
+                 hand_picture(*failed, std::string("failure_") + (optimized ? "after_" : "before_") + cause));
+    pictures.failures.push_back(std::move(picture));
+  }
+  return success();
 }
 
 }  // namespace
 
-Result<Pictures> draw_pictures(const Study& study, const StudyResult& result, const fs::path& folder) {
+Result<PartPictures> draw_pictures(const Study& study, const Part& part, const PartResult& result, Journal& journal,
+                                   const fs::path& folder) {
   PRIMO_ASSIGN(const auto workers, LocalWorkers::create(study.robot));
-  PRIMO_ASSIGN(Journal journal, Journal::open_existing(journal_file(folder.parent_path())));
-  return Artist(study, *workers, journal, folder)
-      .draw(result.collections.front().primitive, result.collections.back().primitive);
+  const auto &before = result.collections.front().primitive, &after = result.collections.back().primitive;
+  Artist artist(part, *workers, journal, folder);
+  PartPictures pictures;
+  PRIMO_TRY(artist.draw_training(before, after, pictures));
+  PRIMO_TRY(artist.draw_failures(result.levels, before, false, pictures));
+  PRIMO_TRY(artist.draw_failures(result.levels, after, true, pictures));
+  return pictures;
 }
 
 }  // namespace primo::study

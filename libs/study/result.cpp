@@ -1,7 +1,5 @@
 #include "study/result.h"
 
-#include <algorithm>
-#include <set>
 #include <utility>
 
 #include "core/files.h"
@@ -42,6 +40,12 @@ Rates rates_from(const Json& at) {
   return rates;
 }
 
+rules::RuleSet rules_from(const Json& at) {
+  auto rules = rules::rules_from_json(symbols::dump(at));
+  if (!rules) throw json::Malformed{"rules: " + rules.error().message};
+  return std::move(*rules);
+}
+
 Json to_json(const Collection& collection) {
   return {{"primitive", collection.primitive.name},
           {"primitive_yaml", config::dump(collection.primitive)},
@@ -64,55 +68,134 @@ Collection collection_from(const Json& at) {
   collection.displaced = rates_from(json::field(at, "displaced"));
   json::get(at, "executed", collection.executed);
   json::get(at, "executed_of_strict", collection.executed_of_strict);
-  auto rules = rules::rules_from_json(symbols::dump(json::field(at, "rules")));
-  if (!rules) throw json::Malformed{"rules: " + rules.error().message};
-  collection.rules = std::move(*rules);
+  collection.rules = rules_from(json::field(at, "rules"));
   json::get(at, "untested_context", collection.untested_context);
   return collection;
 }
 
-/// A rule's action, context and outcomes without their probabilities: what its structure is.
-std::string structure(const rules::Rule& rule) {
-  std::string text = rule.action.text() + ":";
-  std::set<symbols::Literal> context(rule.context.begin(), rule.context.end());
-  for (const auto& literal : context) text.append(" ").append(literal.text());
-  std::set<std::string> outcomes;
-  for (const auto& outcome : rule.outcomes) {
-    std::string one = " |";
-    for (const auto& literal : std::set<symbols::Literal>(outcome.literals.begin(), outcome.literals.end()))
-      one.append(" ").append(literal.text());
-    outcomes.insert(one);
+Json to_json(const Paired& pair) {
+  return {{"both", pair.both},
+          {"first_only", pair.first_only},
+          {"second_only", pair.second_only},
+          {"neither", pair.neither}};
+}
+
+Paired paired_from(const Json& at) {
+  Paired pair;
+  json::get(at, "both", pair.both);
+  json::get(at, "first_only", pair.first_only);
+  json::get(at, "second_only", pair.second_only);
+  json::get(at, "neither", pair.neither);
+  return pair;
+}
+
+Json to_json(const std::map<std::string, Example>& examples) {
+  Json all = Json::object();
+  for (const auto& [cause, example] : examples) all[cause] = {{"count", example.count}, {"scenario", example.scenario}};
+  return all;
+}
+
+std::map<std::string, Example> examples_from(const Json& at) {
+  if (!at.is_object()) throw json::Malformed{"failures must be an object"};
+  std::map<std::string, Example> examples;
+  for (const auto& [cause, example] : at.items()) {
+    json::get(example, "count", examples[cause].count);
+    json::get(example, "scenario", examples[cause].scenario);
   }
-  for (const auto& outcome : outcomes) text += outcome;
-  return text;
+  return examples;
 }
 
-std::set<symbols::Literal> as_set(const std::vector<symbols::Literal>& literals) {
-  return {literals.begin(), literals.end()};
+Json to_json(const LevelRates& rates) {
+  Json all = {
+      {"final_pose", json::rate(rates.final_pose)}, {"strict", json::rate(rates.strict)},
+      {"executed", json::rate(rates.executed)},     {"executed_of_strict", json::rate(rates.executed_of_strict)},
+      {"failures", to_json(rates.failures)},        {"not_executed", to_json(rates.not_executed)}};
+  if (rates.rules) all["rules"] = Json::parse(rules::to_json(*rates.rules));
+  if (rates.executed_rules) all["executed_rules"] = Json::parse(rules::to_json(*rates.executed_rules));
+  return all;
 }
 
-bool outside(double p, const Rate& rate) { return p < rate.lower() || p > rate.upper(); }
+LevelRates level_rates_from(const Json& at) {
+  LevelRates rates;
+  json::get(at, "final_pose", rates.final_pose);
+  json::get(at, "strict", rates.strict);
+  json::get(at, "executed", rates.executed);
+  json::get(at, "executed_of_strict", rates.executed_of_strict);
+  rates.failures = examples_from(json::field(at, "failures"));
+  rates.not_executed = examples_from(json::field(at, "not_executed"));
+  if (at.contains("rules")) rates.rules = rules_from(at.at("rules"));
+  if (at.contains("executed_rules")) rates.executed_rules = rules_from(at.at("executed_rules"));
+  return rates;
+}
 
-/// Whether two counts of the same outcome cannot be told apart: each probability lies in the other's interval.
-bool probability_changed(const Rate& a, const Rate& b) { return outside(a.value(), b) || outside(b.value(), a); }
+Json to_json(const Level& level) {
+  return {{"displacement", json::number(level.displacement)},
+          {"rejected_touching", level.rejected_touching},
+          {"rejected_falling", level.rejected_falling},
+          {"before", to_json(level.before)},
+          {"after", to_json(level.after)},
+          {"paired",
+           {{"final_pose", to_json(level.final_pose)},
+            {"strict", to_json(level.strict)},
+            {"executed", to_json(level.executed)}}}};
+}
 
-}  // namespace
+Level level_from(const Json& at) {
+  Level level;
+  json::get(at, "displacement", level.displacement);
+  json::get(at, "rejected_touching", level.rejected_touching);
+  json::get(at, "rejected_falling", level.rejected_falling);
+  level.before = level_rates_from(json::field(at, "before"));
+  level.after = level_rates_from(json::field(at, "after"));
+  const Json& pairs = json::field(at, "paired");
+  level.final_pose = paired_from(json::field(pairs, "final_pose"));
+  level.strict = paired_from(json::field(pairs, "strict"));
+  level.executed = paired_from(json::field(pairs, "executed"));
+  return level;
+}
 
-std::string to_json(const StudyResult& result) {
-  Json collections = Json::array();
-  for (const auto& collection : result.collections) collections.push_back(to_json(collection));
-  Json optimizations = Json::array();
-  for (const auto& optimization : result.optimizations) {
+Json to_json(const PartResult& part) {
+  Json collections = Json::array(), optimizations = Json::array(), levels = Json::array();
+  for (const auto& collection : part.collections) collections.push_back(to_json(collection));
+  for (const auto& optimization : part.optimizations) {
     optimizations.push_back({{"desired", json::literals(optimization.desired)},
                              {"gamma", json::number(optimization.gamma)},
                              {"success", json::rate(optimization.success)},
                              {"evaluations", optimization.evaluations}});
   }
-  const Json all = {{"study", result.study},
-                    {"action", result.action},
-                    {"collections", std::move(collections)},
-                    {"optimizations", std::move(optimizations)},
-                    {"end", result.end}};
+  for (const auto& level : part.levels) levels.push_back(to_json(level));
+  return {{"name", part.name},
+          {"action", part.action},
+          {"collections", std::move(collections)},
+          {"optimizations", std::move(optimizations)},
+          {"end", part.end},
+          {"levels", std::move(levels)}};
+}
+
+PartResult part_from(const Json& at) {
+  PartResult part;
+  json::get(at, "name", part.name);
+  json::get(at, "action", part.action);
+  for (const auto& collection : json::array(at, "collections")) part.collections.push_back(collection_from(collection));
+  for (const auto& o : json::array(at, "optimizations")) {
+    Optimization optimization;
+    json::get(o, "desired", optimization.desired);
+    json::get(o, "gamma", optimization.gamma);
+    json::get(o, "success", optimization.success);
+    json::get(o, "evaluations", optimization.evaluations);
+    part.optimizations.push_back(std::move(optimization));
+  }
+  json::get(at, "end", part.end);
+  for (const auto& level : json::array(at, "levels")) part.levels.push_back(level_from(level));
+  return part;
+}
+
+}  // namespace
+
+std::string to_json(const StudyResult& result) {
+  Json parts = Json::array();
+  for (const auto& part : result.parts) parts.push_back(to_json(part));
+  const Json all = {{"study", result.study}, {"parts", std::move(parts)}};
   return all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -120,18 +203,7 @@ Result<StudyResult> result_from_json(const std::string& text) {
   return json::decode(text, "study result", [](const Json& at) {
     StudyResult result;
     json::get(at, "study", result.study);
-    json::get(at, "action", result.action);
-    for (const auto& collection : json::array(at, "collections"))
-      result.collections.push_back(collection_from(collection));
-    for (const auto& o : json::array(at, "optimizations")) {
-      Optimization optimization;
-      json::get(o, "desired", optimization.desired);
-      json::get(o, "gamma", optimization.gamma);
-      json::get(o, "success", optimization.success);
-      json::get(o, "evaluations", optimization.evaluations);
-      result.optimizations.push_back(std::move(optimization));
-    }
-    json::get(at, "end", result.end);
+    for (const auto& part : json::array(at, "parts")) result.parts.push_back(part_from(part));
     return result;
   });
 }
@@ -142,32 +214,6 @@ Result<StudyResult> read_result(const std::filesystem::path& directory) {
   auto result = result_from_json(text);
   if (!result) return result.error().at(file.string());
   return result;
-}
-
-const rules::Rule* rule_of(const rules::RuleSet& rules, const std::string& action) {
-  const rules::Rule* found = nullptr;
-  for (const auto& rule : rules.rules) {
-    if (rule.action.predicate == action && (found == nullptr || rule.trials() > found->trials())) found = &rule;
-  }
-  return found;
-}
-
-bool rules_changed(const rules::RuleSet& before, const rules::RuleSet& after) {
-  std::map<std::string, const rules::Rule*> old_rules, new_rules;
-  for (const auto& rule : before.rules) old_rules[structure(rule)] = &rule;
-  for (const auto& rule : after.rules) new_rules[structure(rule)] = &rule;
-  if (old_rules.size() != new_rules.size()) return true;
-  for (const auto& [text, rule] : old_rules) {
-    const auto other = new_rules.find(text);
-    if (other == new_rules.end()) return true;
-    for (const auto& outcome : rule->outcomes) {
-      const auto same =
-          std::find_if(other->second->outcomes.begin(), other->second->outcomes.end(),
-                       [&](const rules::RuleOutcome& o) { return as_set(o.literals) == as_set(outcome.literals); });
-      if (probability_changed({outcome.count, rule->trials()}, {same->count, other->second->trials()})) return true;
-    }
-  }
-  return false;
 }
 
 }  // namespace primo::study

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,12 +42,42 @@ struct Optimization {
   int evaluations = 0;
 };
 
-struct StudyResult {
-  std::string study;
+/// A typical failure: a scenario of a level, by its index.
+struct Example {
+  int count = 0;     ///< failures of this cause
+  int scenario = 0;  ///< the one whose motion ends in the middle of them, by its distance from the target
+};
+
+/// One primitive on the held-out scenarios of a level.
+struct LevelRates {
+  Rate final_pose, strict, executed;
+  Rate executed_of_strict;                       ///< executed, of those that the strict verdict had accepted
+  std::map<std::string, Example> failures;       ///< of the strict verdict, by cause
+  std::map<std::string, Example> not_executed;   ///< of the execution, by cause
+  std::optional<rules::RuleSet> rules;           ///< learned at this level from final poses
+  std::optional<rules::RuleSet> executed_rules;  ///< and from executed motions
+};
+
+/// P and P* on the same held-out scenarios.
+struct Level {
+  double displacement = 0;                          ///< m
+  int rejected_touching = 0, rejected_falling = 0;  ///< draws that were refused for the scenarios kept
+  LevelRates before, after;
+  Paired final_pose, strict, executed;  ///< first: P, second: P*
+};
+
+struct PartResult {
+  std::string name;
   std::string action;
   std::vector<Collection> collections;      ///< with P, P*, P**, …: one more than rounds
   std::vector<Optimization> optimizations;  ///< one a round
   std::string end;                          ///< why the loop ended
+  std::vector<Level> levels;                ///< by rising displacement
+};
+
+struct StudyResult {
+  std::string study;
+  std::vector<PartResult> parts;
 };
 
 std::string to_json(const StudyResult& result);
@@ -70,8 +101,8 @@ rules::Rule desired_rule(const rules::Rule& rule, const std::vector<symbols::Lit
 /// The literals of a rule with its variables renamed: the action's arguments to X, Y, …, deictic ones to what follows.
 std::vector<symbols::Literal> canonical(const std::vector<symbols::Literal>& literals, const symbols::Literal& action);
 
-/// For a terminal: the action's rule before and after in the paper's notation, each outcome with its count and 95 %
-/// interval, the rates three ways, ρ before and after.
+/// For a terminal, of each part: the action's rule before and after in the paper's notation, each outcome with its
+/// count and 95 % interval, the rates three ways, ρ before and after.
 std::string summary(const StudyResult& result);
 
 }  // namespace primo::study

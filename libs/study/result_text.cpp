@@ -27,7 +27,7 @@ std::string print(const char* format, A... values) {
   return buffer;
 }
 
-std::string rule_text(const StudyResult& result, const Collection& collection) {
+std::string rule_text(const PartResult& result, const Collection& collection) {
   const rules::Rule* rule = rule_of(collection.rules, result.action);
   if (rule == nullptr) return "no rule of '" + result.action + "' was learned; only its default holds\n";
   const auto& desired = result.optimizations.empty() ? std::vector<Literal>() : result.optimizations.front().desired;
@@ -62,6 +62,33 @@ std::string rho_text(const motion::Primitive& before, const motion::Primitive& a
   return text;
 }
 
+/// The held-out scenarios of every level: P → P*, strict and executed.
+std::string levels_text(const PartResult& part) {
+  std::string text = part.levels.empty() ? "" : "\nheld-out scenarios, P → P*\n";
+  for (const auto& level : part.levels) {
+    text += print("  %4.1f cm  strict    ", 100 * level.displacement) + level.before.strict.text() + " → " +
+            level.after.strict.text() + "\n";
+    if (level.executed.trials() == 0) continue;
+    text += "           executed  " + level.before.executed.text() + " → " + level.after.executed.text() + "\n";
+  }
+  return text;
+}
+
+std::string part_text(const PartResult& part) {
+  const Collection& before = part.collections.front();
+  const Collection& after = part.collections.back();
+  std::string text = "before, with the hand-tuned primitive P (";
+  text.append(before.primitive.name).append(")\n").append(rule_text(part, before));
+  text.append("\nafter, with the optimized primitive P* (").append(after.primitive.name).append(")\n");
+  text.append(rule_text(part, after))
+      .append("\nrates\n")
+      .append(rates_text("P", before))
+      .append(rates_text("P*", after))
+      .append(levels_text(part));
+  text.append("\n").append(rho_text(before.primitive, after.primitive));
+  return text.append("\nthe loop ended: ").append(part.end).append("\n");
+}
+
 }  // namespace
 
 std::vector<Literal> canonical(const std::vector<Literal>& literals, const Literal& action) {
@@ -94,18 +121,13 @@ rules::Rule desired_rule(const rules::Rule& rule, const std::vector<Literal>& de
 }
 
 std::string summary(const StudyResult& result) {
-  if (result.collections.empty()) return "the study has no result\n";
-  const Collection& before = result.collections.front();
-  const Collection& after = result.collections.back();
-  std::string text = "before, with the hand-tuned primitive P (";
-  text.append(before.primitive.name).append(")\n").append(rule_text(result, before));
-  text.append("\nafter, with the optimized primitive P* (").append(after.primitive.name).append(")\n");
-  text.append(rule_text(result, after))
-      .append("\nrates\n")
-      .append(rates_text("P", before))
-      .append(rates_text("P*", after));
-  text.append("\n").append(rho_text(before.primitive, after.primitive));
-  return text.append("\nthe loop ended: ").append(result.end).append("\n");
+  if (result.parts.empty()) return "the study has no result\n";
+  std::string text;
+  for (const auto& part : result.parts) {
+    if (result.parts.size() > 1) text.append(text.empty() ? "" : "\n").append("== ").append(part.name).append(" ==\n");
+    text += part_text(part);
+  }
+  return text;
 }
 
 }  // namespace primo::study

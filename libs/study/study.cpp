@@ -7,9 +7,7 @@
 #include <utility>
 
 #include "core/hash.h"
-#include "robot/robot.h"
-#include "scene/reach.h"
-#include "symbols/literal_json.h"
+#include "symbols/literal.h"
 
 namespace primo::study {
 namespace {
@@ -49,38 +47,43 @@ Result<std::map<std::string, std::string>> leaves_of(const std::string& text, co
   return leaves;
 }
 
-/// The first key in which two complete studies differ, with both values; empty when they are the same.
-Result<std::string> difference(const std::string& there, const std::string& here, const std::string& where) {
-  PRIMO_ASSIGN(const auto old_leaves, leaves_of(there, where));
-  PRIMO_ASSIGN(const auto new_leaves, leaves_of(here, "study"));
+/// Of two complete studies' texts.
+Result<std::vector<Distinct>> differences_of(const std::string& first, const std::string& second,
+                                             const std::string& where) {
+  PRIMO_ASSIGN(const auto first_leaves, leaves_of(first, where));
+  PRIMO_ASSIGN(const auto second_leaves, leaves_of(second, "study"));
   std::set<std::string> keys;
-  for (const auto& [key, value] : old_leaves) keys.insert(key);
-  for (const auto& [key, value] : new_leaves) keys.insert(key);
+  for (const auto& [key, value] : first_leaves) keys.insert(key);
+  for (const auto& [key, value] : second_leaves) keys.insert(key);
   const auto value_in = [](const auto& leaves, const std::string& key) {
     const auto at = leaves.find(key);
     return at == leaves.end() ? std::string("(nothing)") : at->second;
   };
+  std::vector<Distinct> found;
   for (const auto& key : keys) {
-    const auto old_value = value_in(old_leaves, key), new_value = value_in(new_leaves, key);
-    if (old_value != new_value) return "'" + key + "' is " + old_value + " there and " + new_value + " now";
+    const auto one = value_in(first_leaves, key), other = value_in(second_leaves, key);
+    if (one != other) found.push_back({key, one, other});
   }
-  return std::string();
-}
-
-Result<std::vector<scene::Scenario>> read_training(const StudyFile& file, const fs::path& folder,
-                                                   const robot::Robot& robot) {
-  std::vector<scene::Scenario> training;
-  for (const auto& name : file.training) {
-    PRIMO_ASSIGN(auto scenario, scene::read_scenario(folder / name));
-    if (auto status = scene::check_robot(scenario, robot); !status.ok())
-      return status.error().at((folder / name).string());
-    if (scenario.robot_start.empty()) scenario.robot_start.assign(robot.home().begin(), robot.home().end());
-    training.push_back(std::move(scenario));
-  }
-  return training;
+  return found;
 }
 
 }  // namespace
+
+Status GeneralizationSettings::validate() const {
+  if (!levels.empty() && executed > scenarios) {
+    return Error{Code::config, "'generalization.executed' is " + std::to_string(executed) +
+                                   ", must be at most 'generalization.scenarios', " + std::to_string(scenarios)};
+  }
+  if (std::adjacent_find(levels.begin(), levels.end(), std::greater_equal<>()) != levels.end())
+    return Error{Code::config, "'generalization.levels' must rise"};
+  for (const double table : tables) {
+    if (std::find(levels.begin(), levels.end(), table) == levels.end()) {
+      return Error{Code::config, "'generalization.tables' has " + config::detail::format(table) +
+                                     ", which is none of 'generalization.levels'"};
+    }
+  }
+  return success();
+}
 
 Status StudySettings::validate() const {
   std::vector<std::pair<std::string, std::uint64_t>> seeds = {{"seed", seed}, {"experience.seed", experience.seed}};
@@ -91,7 +94,9 @@ Status StudySettings::validate() const {
                                      ", must be at most 'pool.scenarios', " + std::to_string(pool.scenarios)};
     }
   }
+  if (!generalization.levels.empty()) seeds.emplace_back("generalization.seed", generalization.seed);
   PRIMO_TRY(check_distinct_seeds(seeds));
+  PRIMO_TRY(generalization.validate());
   if (optimizer.algorithms.empty()) {
     return Error{Code::config,
                  "'optimizer.algorithms' is empty; known ones: " + config::detail::joined(optim::optimizer_names())};
@@ -119,19 +124,7 @@ Status StudySettings::validate() const {
   return optimizer.settings.validate();
 }
 
-Status StudyFile::validate() const {
-  PRIMO_TRY(check_name(name));
-  if (training.empty()) return Error{Code::config, "'training' is empty; at least one scenario is needed"};
-  return settings.validate();
-}
-
-std::string Study::id() const {
-  Study content = *this;
-  content.robot.clear();
-  return name + "-" + content_id(config::dump(content)).substr(0, 8);
-}
-
-Status Study::validate() const {
+Status Part::validate() const {
   PRIMO_TRY(check_name(name));
   PRIMO_TRY(settings.validate());
   if (auto status = primitive.validate(); !status.ok()) return status.error().at("primitive");
@@ -150,26 +143,23 @@ Status Study::validate() const {
   return success();
 }
 
-Result<Study> load_study(const fs::path& study_file, const std::vector<std::string>& overrides) {
-  const std::string where = study_file.string();
-  PRIMO_ASSIGN(const std::string text, read_file(study_file));
-  PRIMO_ASSIGN(const YAML::Node parsed, config::detail::parse(text, where));
-  PRIMO_ASSIGN(const YAML::Node node, config::override_keys(parsed, overrides));
-  PRIMO_ASSIGN(const StudyFile file, config::read_node<StudyFile>(node, where));
+std::string Study::id() const {
+  Study content = *this;
+  content.robot.clear();
+  return name + "-" + content_id(config::dump(content)).substr(0, 8);
+}
 
-  const fs::path folder = study_file.parent_path();
-  Study study;
-  study.name = file.name;
-  study.settings = file.settings;
-  study.robot = fs::absolute(folder / file.robot).lexically_normal().string();
-  PRIMO_ASSIGN(const robot::Robot robot, robot::Robot::load(study.robot));
-  PRIMO_ASSIGN(const std::string robot_text, read_file(study.robot));
-  PRIMO_ASSIGN(const std::string model_text, read_file(robot.mjcf_path()));
-  study.robot_digest = hex(Hasher().add(robot_text).add(model_text).value());
-  PRIMO_ASSIGN(study.primitive, motion::read_primitive(folder / file.primitive));
-  PRIMO_ASSIGN(study.training, read_training(file, folder, robot));
-  if (auto status = study.validate(); !status.ok()) return status.error().at(where);
-  return study;
+Status Study::validate() const {
+  PRIMO_TRY(check_name(name));
+  if (parts.empty()) return Error{Code::config, "'parts' is empty; at least one part is needed"};
+  std::set<std::string> names;
+  for (const auto& part : parts) {
+    if (auto status = part.validate(); !status.ok())
+      return parts.size() > 1 ? status.error().at("part " + part.name) : status.error();
+    if (!names.insert(part.name).second)
+      return Error{Code::config, "two parts are named '" + part.name + "'; give each a 'name' of its own"};
+  }
+  return success();
 }
 
 Result<Study> read_study(const fs::path& directory) {
@@ -196,12 +186,18 @@ Result<Adopted> adopt_directory(const Study& study, const fs::path& directory) {
     return Adopted::created;
   }
   PRIMO_ASSIGN(const std::string there, read_file(file));
-  PRIMO_ASSIGN(const std::string different, difference(there, text, file.string()));
+  PRIMO_ASSIGN(const auto different, differences_of(there, text, file.string()));
   if (!different.empty()) {
-    return Error{Code::config, directory.string() + ": holds another study: " + different +
-                                   "; give another directory, or the study's own file"};
+    const Distinct& first = different.front();
+    return Error{Code::config, directory.string() + ": holds another study: '" + first.key + "' is " + first.first +
+                                   " there and " + first.second +
+                                   " now; give another directory, or the study's own file"};
   }
   return Adopted::resumed;
+}
+
+Result<std::vector<Distinct>> differences(const Study& first, const Study& second) {
+  return differences_of(config::dump(first), config::dump(second), "study");
 }
 
 }  // namespace primo::study

@@ -44,6 +44,7 @@ Status check_name(const std::string& field, const std::string& text) {
 msg::OptimizeGoal to_wire(const study::OptimizeGoal& goal) {
   msg::OptimizeGoal out;
   out.study(goal.study);
+  out.part(goal.part);
   out.round(goal.round);
   out.directory(goal.directory);
   out.primitive(to_wire(goal.primitive));
@@ -65,6 +66,8 @@ Result<study::OptimizeGoal> from_wire(const msg::OptimizeGoal& message) {
   study::OptimizeGoal out;
   PRIMO_TRY(check_name("goal.study", message.study()));
   out.study = message.study();
+  PRIMO_TRY(check_text("goal.part", message.part()));
+  out.part = message.part();
   if (message.round() < 0) return malformed("goal.round", "is negative");
   out.round = message.round();
   PRIMO_TRY(check_text("goal.directory", message.directory()));

@@ -20,7 +20,7 @@ double ProgressPublisher::rate(const study::Progress& progress, Clock::time_poin
 
 Status ProgressPublisher::publish(const study::Progress& progress) {
   const auto now = Clock::now();
-  const std::string stage = std::to_string(progress.round) + " " + progress.stage + " " + progress.algorithm;
+  const std::string stage = progress.part + " " + std::to_string(progress.round) + " " + progress.stage + " " + progress.algorithm;
   const bool same = stage == stage_;
   // A stage may come again, e.g. with other scenarios.
   if (!same || (!points_.empty() && progress.done < points_.back().done)) points_.clear();
@@ -35,6 +35,7 @@ Status ProgressPublisher::publish(const study::Progress& progress) {
   primo_msgs::msg::Progress message;
   message.source(source_);
   message.study(progress.study);
+  message.part(progress.part);
   message.round(progress.round);
   message.stage(progress.stage);
   message.algorithm(progress.algorithm);

@@ -32,7 +32,7 @@ class ProgressPublisher {
 
   std::string source_;
   bus::Publisher<primo_msgs::msg::Progress> publisher_;
-  std::string stage_;  // of the last sample: round, stage, algorithm
+  std::string stage_;  // of the last sample: part, round, stage, algorithm
   Clock::time_point published_{};
   std::deque<Point> points_;  // of this stage, the last seconds
 };

@@ -78,7 +78,7 @@ class Conductor {
     const bool interrupted = !result.ok() && stopping();
     context_.status().job_finished(result.ok() || interrupted, result.ok() ? "" : result.error().message);
     if (!result.ok()) return result.error();
-    context_.log().info("study {} is complete: {}", study.id(), result->end);
+    context_.log().info("study {} is complete", study.id());
     return success();
   }
 

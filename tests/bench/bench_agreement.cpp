@@ -1,9 +1,8 @@
-// How far verdicts can be trusted: whether plans that the strict final-pose verdict accepts are lifted when executed in
+// How far verdicts can be trusted: whether plans that the strict final-pose verdict accepts succeed when executed in
 // full physics, whether verdicts depend on the time step, and whether good grasps are told from displaced ones.
-//   bench_agreement [--plans N] [--seed N] [--verdicts N] [--survival N] [--disagreements FOLDER]
-// One plan a random scene, so that trials are independent: the hand-tuned primitive in even scenes, in odd ones the
-// reference with every log10 ρ moved by a normal number of deviation 0.5. Rates come with counts and Wilson's 95 %
-// interval.
+//   bench_agreement [--action grasp|place] [--plans N] [--seed N] [--verdicts N] [--survival N] [--disagreements
+//   FOLDER]
+// Which scenes and primitives: agreement_plans.h. Rates come with counts and Wilson's 95 % interval.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -11,77 +10,22 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bench/agreement_plans.h"
 #include "bench/measure.h"
 #include "core/files.h"
-#include "core/random.h"
-#include "motion/planner.h"
 #include "primo/trajectory_json.h"
-#include "scene/generator.h"
-#include "study/local_workers.h"
-#include "study/rollout.h"
 #include "unit/physics/grasp_fixture.h"
 
 namespace {
 
 using namespace primo;
+using bench::Planned;
 using Json = nlohmann::ordered_json;
 
 struct Options {
   int plans = 500, verdicts = 500, survival = 200, skip = 0;
   std::uint64_t seed = 4242;
-  std::string disagreements;
-};
-
-struct Planned {
-  study::Rollout rollout;
-  motion::Plan plan;
-};
-
-/// Scenes and primitives by index; the same whichever others were asked for.
-class Plans {
- public:
-  Plans(const robot::Robot& robot, std::uint64_t seed) : robot_(robot), seed_(seed) {
-    const std::filesystem::path folder = std::filesystem::path(PRIMO_SOURCE_DIR) / "configs/primitives";
-    hand_tuned_ = read(folder / "grasp_hand_tuned.yaml");
-    reference_ = read(folder / "grasp_reference.yaml");
-  }
-
-  std::optional<Planned> at(std::uint64_t index) const {
-    scene::RandomSceneSettings settings;
-    settings.depth_noise = 0.002;
-    auto scenario = scene::random_scenario(settings, seed_, index);
-    if (!scenario.ok()) return std::nullopt;
-    Planned planned;
-    study::Rollout& rollout = planned.rollout;
-    rollout.scenario = std::move(*scenario);
-    rollout.scenario.robot_start.assign(robot_.home().begin(), robot_.home().end());
-    auto estimate = study::observe_scenario(rollout.scenario);
-    if (!estimate.ok()) return std::nullopt;
-    rollout.estimate = std::move(*estimate);
-    rollout.primitive = hand_tuned_;
-    if (index % 2 == 1) {
-      Random random(seed_, "perturbed reference", {index});
-      auto rho = reference_.log_rho();
-      for (double& value : rho) value += 0.5 * random.normal();
-      rollout.primitive = reference_.with_log_rho(rho);
-    }
-    rollout.judge_seed = index;
-    rollout.mode = physics::Mode::execute;  // with gains
-    planned.plan = motion::plan(robot_, study::plan_request(rollout));
-    if (!study::has_trajectory(planned.plan)) return std::nullopt;
-    return planned;
-  }
-
- private:
-  static motion::Primitive read(const std::filesystem::path& file) {
-    auto primitive = motion::read_primitive(file);
-    PRIMO_CHECK(primitive.ok(), primitive.error().message);
-    return std::move(*primitive);
-  }
-
-  const robot::Robot& robot_;
-  std::uint64_t seed_;
-  motion::Primitive hand_tuned_, reference_;
+  std::string action = "grasp", disagreements;
 };
 
 physics::Verdict judged(const physics::Judge& judge, const Planned& planned, physics::Mode mode, double timestep) {
@@ -96,6 +40,7 @@ physics::Verdict judged(const physics::Judge& judge, const Planned& planned, phy
 /// What the rows of the report need.
 struct Agreement {
   std::map<std::string, Rate> executed;  ///< of accepted plans, by primitive
+  Rate accepted;                         ///< of plans
   Rate changed_final_pose, changed_execution;
   Json disagreements = Json::array();
   int scenes = 0, judged = 0;
@@ -112,10 +57,11 @@ void keep(const Options& options, const Planned& planned, std::uint64_t index) {
 void execute_accepted(const Options& options, const physics::Judge& judge, const Planned& planned, std::uint64_t index,
                       Agreement& found) {
   const auto executed = judged(judge, planned, physics::Mode::execute, 0.002);
-  const bool lifted = executed.final_pose_success;
-  for (const auto& key : {planned.rollout.primitive.name, std::string("all")}) found.executed[key].add(lifted);
-  if (lifted) return;
+  const bool done = executed.final_pose_success;
+  for (const auto& key : {planned.rollout.primitive.name, std::string("all")}) found.executed[key].add(done);
+  if (done) return;
   found.disagreements.push_back({{"scene", index},
+                                 {"scenario", planned.rollout.scenario.name},
                                  {"primitive", planned.rollout.primitive.name},
                                  {"outcome", config::enum_name(executed.outcome)},
                                  {"reason", executed.reason},
@@ -125,14 +71,14 @@ void execute_accepted(const Options& options, const physics::Judge& judge, const
 }
 
 Agreement compare(const Options& options, const physics::Judge& judge) {
-  const Plans plans(judge.robot(), options.seed);
+  const auto plans = bench::plans(judge.robot(), options.seed, options.action == "place");
   Agreement found;
   const int most = 20 * std::max(options.plans, options.verdicts);
   for (int index = options.skip; index < most; ++index) {
     const bool enough = found.executed["all"].trials >= options.plans;
     if (enough && found.judged >= options.verdicts) break;
     ++found.scenes;
-    const auto planned = plans.at(static_cast<std::uint64_t>(index));
+    const auto planned = plans->at(static_cast<std::uint64_t>(index));
     if (!planned) continue;
     const auto verdict = judged(judge, *planned, physics::Mode::final_pose, 0.002);
     if (found.judged++ < options.verdicts) {
@@ -141,6 +87,7 @@ Agreement compare(const Options& options, const physics::Judge& judge) {
       found.changed_execution.add(judged(judge, *planned, physics::Mode::execute, 0.001).success !=
                                   judged(judge, *planned, physics::Mode::execute, 0.002).success);
     }
+    found.accepted.add(verdict.success);
     if (verdict.success && !enough)
       execute_accepted(options, judge, *planned, static_cast<std::uint64_t>(index), found);
     if (found.judged % 50 == 0) {
@@ -170,10 +117,11 @@ Json survival(const physics::Judge& judge, const Eigen::Vector3d& offset, int tr
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{"agreement of the judge's two modes"};
+  app.add_option("--action", options.action, "grasp or place")->check(CLI::IsMember({"grasp", "place"}));
   app.add_option("--plans", options.plans, "accepted plans to execute")->check(CLI::Range(0, 100000));
   app.add_option("--verdicts", options.verdicts, "verdicts to take again at half the time step")
       ->check(CLI::Range(0, 100000));
-  app.add_option("--survival", options.survival, "jiggles a grasp")->check(CLI::Range(1, 100000));
+  app.add_option("--survival", options.survival, "jiggles a grasp")->check(CLI::Range(0, 100000));
   app.add_option("--seed", options.seed, "of the scenes");
   app.add_option("--skip", options.skip, "scenes to leave out at the beginning")->check(CLI::Range(0, 1000000));
   app.add_option("--disagreements", options.disagreements, "folder for scenarios and trajectories");
@@ -181,8 +129,8 @@ int main(int argc, char** argv) {
 
   const physics::Judge judge(physics::testing::load_robot());
   const Agreement found = compare(options, judge);
-  Json out = {{"scenes", found.scenes}, {"plans", found.judged}};
-  for (const auto& [name, rate] : found.executed) out["lifted_when_executed"][name] = bench::json_of(rate);
+  Json out = {{"scenes", found.scenes}, {"plans", found.judged}, {"accepted", bench::json_of(found.accepted)}};
+  for (const auto& [name, rate] : found.executed) out["succeed_when_executed"][name] = bench::json_of(rate);
   out["disagreements"] = found.disagreements;
   out["changed_by_half_the_time_step"] = {{"final_pose", bench::json_of(found.changed_final_pose)},
                                           {"execute", bench::json_of(found.changed_execution)}};
@@ -190,6 +138,9 @@ int main(int argc, char** argv) {
                                                           {"along_the_opposition", {0.05, 0, 0}},
                                                           {"along_the_object", {0, 0.05, 0}},
                                                           {"short_of_the_object", {0, 0, -0.05}}};
-  for (const auto& [name, offset] : offsets) out["held"][name] = survival(judge, offset, options.survival);
+  for (const auto& [name, offset] : offsets) {
+    if (options.action == "grasp" && options.survival > 0)
+      out["held"][name] = survival(judge, offset, options.survival);
+  }
   std::puts(out.dump(2).c_str());
 }

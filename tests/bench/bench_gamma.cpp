@@ -128,16 +128,16 @@ Result<Json> measure(const Options& options) {
   PRIMO_ASSIGN(auto workers, study::LocalWorkers::create(loaded.robot, local));
   study::OptimizeGoal goal;
   goal.study = "bench-gamma";
-  goal.primitive = loaded.primitive;
-  goal.scenarios = loaded.training;
-  PRIMO_ASSIGN(goal.estimates, workers->observe(loaded.training));
+  goal.primitive = loaded.parts[0].primitive;
+  goal.scenarios = loaded.parts[0].training;
+  PRIMO_ASSIGN(goal.estimates, workers->observe(loaded.parts[0].training));
   goal.desired = {{"inhand", {"X"}}};
-  const auto& search = loaded.settings.optimizer;
+  const auto& search = loaded.parts[0].settings.optimizer;
   goal.optimizer.evaluations = search.evaluations;
   goal.optimizer.population = search.population;
   goal.optimizer.sigma = search.sigma;
   goal.optimizer.on_stagnation = search.on_stagnation;
-  goal.judge = loaded.settings.judge;
+  goal.judge = loaded.parts[0].settings.judge;
   auto settings = search.settings;
   settings.validation = 1;
   settings.sensitivity = 0;
@@ -149,7 +149,7 @@ Result<Json> measure(const Options& options) {
   for (const auto& algorithm : search.algorithms) {
     for (int restart = 0; restart < options.restarts; ++restart) {
       goal.algorithms = {algorithm};
-      goal.seed = loaded.settings.seed + static_cast<std::uint64_t>(restart);
+      goal.seed = loaded.parts[0].settings.seed + static_cast<std::uint64_t>(restart);
       PRIMO_ASSIGN(courses[algorithm][restart], course_of(goal, serial));
     }
   }

@@ -38,7 +38,10 @@ std::vector<Kind> kinds() {
              return config::dump(scenario);
            }},
           plain<motion::Primitive>("primitive"),
-          plain<study::StudyFile>("study")};
+          {"study", study::describe_study_file, [](const std::string& path) -> Result<std::string> {
+             PRIMO_ASSIGN(const auto study, study::load_study(path));
+             return config::dump(study);
+           }}};
 }
 
 struct Options {

@@ -16,7 +16,7 @@ std::string format(const char* pattern, auto... values) {
 }
 
 std::string text_of(const StageState& state, double seconds) {
-  std::string text = format("%-9s", state.stage.c_str());
+  std::string text = format("%-14s", state.part.c_str()) + format("%-11s", state.stage.c_str());
   text += format("%-22s", state.subject.c_str());
   text += format("%5d/%-5d", state.done, state.total);
   text += format("%7.1f/s", state.rate);
@@ -44,7 +44,7 @@ std::string fitted(const std::string& text) {
 ProgressLines::ProgressLines() : terminal_(::isatty(STDOUT_FILENO) == 1) {}
 
 void ProgressLines::show(const StageState& state) {
-  const std::string stage = std::to_string(state.round) + "/" + state.stage + "/" + state.subject;
+  const std::string stage = state.part + "/" + std::to_string(state.round) + "/" + state.stage + "/" + state.subject;
   if (stage != stage_) {
     close();
     stage_ = stage;

@@ -10,6 +10,7 @@ namespace primo::tool {
 
 /// A stage as it stands.
 struct StageState {
+  std::string part;  ///< of the study
   int round = 0;
   std::string stage;
   std::string subject;  ///< algorithm or primitive

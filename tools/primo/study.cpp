@@ -9,6 +9,7 @@
 #include "primo/layout.h"
 #include "primo/progress_lines.h"
 #include "primo/study_graph.h"
+#include "primo/study_verbs.h"
 #include "primo/verbs.h"
 #include "study/local_workers.h"
 #include "study/loop.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 struct Options {
-  std::string file, directory, run;
+  std::string file, directory, run, other, format = "jsonl";
   std::vector<std::string> set;
   bool local = false, anew = false, no_report = false;
   int threads = 0;
@@ -32,7 +33,7 @@ struct Options {
 class LocalProgress {
  public:
   void operator()(const study::Progress& progress) {
-    const std::string stage = progress.stage + progress.algorithm + progress.text;
+    const std::string stage = progress.part + progress.stage + progress.algorithm + progress.text;
     if (stage != stage_ || progress.done < last_) {
       stage_ = stage;
       begin_ = Clock::now();
@@ -41,6 +42,7 @@ class LocalProgress {
     last_ = progress.done;
     const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
     StageState state;
+    state.part = progress.part;
     state.round = progress.round;
     state.stage = progress.stage;
     state.subject = progress.algorithm;
@@ -147,14 +149,16 @@ int finish(const Options& options, const Status& status) {
 
 void add_study(CLI::App& app, int& exit) {
   const auto options = std::make_shared<Options>();
-  auto* verb = app.add_subcommand("study", "studies: run one, show its result, write its report");
+  auto* verb = app.add_subcommand("study", "studies: run one, show its result, write its report, compare and export");
   verb->require_subcommand(1);
 
   auto* run_verb =
       verb->add_subcommand("run", "runs a study, or goes on with it; then shows its result and writes its report");
   run_verb->add_option("file", options->file, "study file")->required();
   run_verb->add_option("--directory", options->directory, "of its journal, result and report (default: studies/NAME)");
-  run_verb->add_option("--set", options->set, "key=value in place of what the study file says");
+  run_verb->add_option(
+      "--set", options->set,
+      "key=value in place of what the study file says, e.g. optimizer.evaluations=500; PART.key=value for one part");
   run_verb->add_flag("--local", options->local, "in this process, without the graph of services");
   run_verb->add_option("--threads", options->threads, "with --local; 0: one for each processor")
       ->check(CLI::Range(0, 1024));
@@ -170,6 +174,19 @@ void add_study(CLI::App& app, int& exit) {
   auto* report_verb = verb->add_subcommand("report", "writes a study's report again");
   report_verb->add_option("directory", options->directory, "of the study")->required();
   report_verb->callback([options, &exit] { exit = report(write_report(options->directory)); });
+
+  auto* diff_verb = verb->add_subcommand("diff", "prints in what two studies differ, and their results side by side");
+  diff_verb->add_option("first", options->directory, "a study's directory, or a study file")->required();
+  diff_verb->add_option("second", options->other, "the other")->required();
+  diff_verb->callback([options, &exit] { exit = report(diff_studies(options->directory, options->other)); });
+
+  auto* export_verb = verb->add_subcommand("export", "writes what a study has seen, for other programs");
+  export_verb->add_option("directory", options->directory, "of the study")->required();
+  export_verb->add_option("--format", options->format, "jsonl: experiences as JSON lines; csv: one line each")
+      ->check(CLI::IsMember({"jsonl", "csv"}));
+  export_verb->add_option("--out", options->file, "the file to write (default: standard output)");
+  export_verb->callback(
+      [options, &exit] { exit = report(export_experience(options->directory, options->format, options->file)); });
 }
 
 }  // namespace primo::tool

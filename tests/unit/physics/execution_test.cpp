@@ -116,6 +116,62 @@ TEST(Execution, logs_who_touched_the_object_when_and_how_hard) {
   EXPECT_EQ(v.criteria.size(), judged(good_request(Mode::final_pose)).criteria.size());
 }
 
+TEST(Execution, a_fast_wrist_is_where_it_should_be_as_long_as_its_drive_can) {
+  // Rigid links under computed torques: what is left is the error of one explicit step. The wrist needs a tenth of its
+  // 20 N·m; the derivative gain times its speed, which is no torque of a drive that keeps up, would be 30 N·m.
+  const auto& robot = world().robot;
+  const int wrist = 5;
+  JudgeRequest request = good_request(Mode::execute);
+  request.scenario.objects[0].position = {1.0, 0.2, 0.724};  // out of the way
+  request.q = robot.home().transpose().replicate(33, 1);
+  for (int t = 0; t <= 32; ++t) {
+    const double x = t / 32.0;
+    request.q(t, wrist) -= 1.0 * x * x * (3 - 2 * x);
+  }
+  const double dt = 1.0 / 32;  // so that it turns by 1 rad in 1 s, at most by 1.5 rad/s
+  auto model = assemble(&robot, request.scenario);
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  Simulation simulation(robot, request, std::move(model).value(), "c1");
+  double error = 0;
+  for (int k = 0; k < simulation.steps_in(1.0); ++k) {
+    const Reference reference = reference_at(request.q, dt, k * simulation.timestep());
+    ASSERT_TRUE(simulation.step(reference, Simulation::Fingers::follow, false));
+    error = std::max(error, simulation.tracking_error(reference));
+  }
+  EXPECT_LT(error, 0.005);
+}
+
+TEST(Execution, a_reference_is_at_rest_before_its_beginning_and_after_its_end) {
+  Eigen::MatrixXd q(4, 1);
+  q << 0, 1, 4, 5;
+  for (const double time : {-0.1, 0.4}) {
+    const Reference r = reference_at(q, 0.1, time);
+    EXPECT_EQ(r.q[0], time < 0 ? 0 : 5);
+    EXPECT_EQ(r.velocity[0], 0);
+    EXPECT_EQ(r.acceleration[0], 0);
+  }
+  EXPECT_NE(reference_at(q, 0.1, 0.0).acceleration[0], 0);
+}
+
+TEST(Execution, the_judges_own_motions_keep_the_arms_speeds_and_the_line) {
+  const auto& robot = world().robot;
+  const Eigen::VectorXd q = request_for(world().scenario, *world().good).q.bottomRows(1).transpose();
+  const Pose X = robot.pose(robot.forward(q), robot.grasp_frame());
+  const Eigen::Vector3d back = -0.15 * X.linear().col(2);
+  const Eigen::MatrixXd path = straight_path(robot, q, back, 20);
+  for (Eigen::Index k = 0; k <= 20; ++k) {
+    const Pose at = robot.pose(robot.forward(path.row(k).transpose()), robot.grasp_frame());
+    const Eigen::Vector3d moved = at.translation() - X.translation();
+    EXPECT_LT((moved - moved.dot(back.normalized()) * back.normalized()).norm(), 1e-3) << k;
+    EXPECT_LT(Eigen::AngleAxisd(X.linear().transpose() * at.linear()).angle(), 0.01) << k;
+  }
+  // The time of a row: what the fastest joint needs at its limit, of 2 rad/s here.
+  const double step = (path.bottomRows(20) - path.topRows(20)).leftCols(robot.arm_joints()).cwiseAbs().maxCoeff();
+  EXPECT_NEAR(row_seconds(robot, path, 0.3 * step), 0.5 * step, 1e-12);
+  EXPECT_EQ(row_seconds(robot, path, step), step);
+  EXPECT_NEAR(row_seconds(robot, path, 0.1 * step), 0.4 * step, 1e-12) << "at most four times as long";
+}
+
 TEST(Execution, a_recording_shows_the_lift_and_changes_nothing) {
   const JudgeRequest request = good_request(Mode::execute);
   Recording recording;

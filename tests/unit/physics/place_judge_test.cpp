@@ -86,6 +86,29 @@ TEST(PlaceJudge, an_object_set_on_its_support_is_on_it_and_out_of_the_hand) {
   }
 }
 
+TEST(PlaceJudge, the_arm_stands_still_while_the_hand_opens) {
+  const auto& robot = world().robot;
+  JudgeRequest request = good_request();
+  request.mode = Mode::execute;
+  Recording recording;
+  recording.interval = 0.02;
+  ASSERT_TRUE(world().judge.evaluate(request, &recording).ok());
+  const Eigen::VectorXd end = request.q.bottomRows(1).transpose();
+  const int thumb = robot.arm_joints() + 1;
+  const Eigen::Vector3d planned = robot.pose(robot.forward(end), robot.grasp_frame()).translation();
+  const double held = recording.frames[recording.frames.size() / 2].q[thumb];  // on the way
+  int opening = 0;
+  for (const auto& frame : recording.frames) {
+    // Neither closed on the object nor quite open yet.
+    const double open = (frame.q[thumb] - held) / (robot.home()[thumb] - held);
+    if (frame.time < 1 || open < 0.2 || open > 0.95) continue;
+    ++opening;
+    const Eigen::Vector3d at = robot.pose(robot.forward(frame.q), robot.grasp_frame()).translation();
+    EXPECT_LT((at - planned).norm(), 1.5e-3) << "at " << frame.time << " s";
+  }
+  EXPECT_GT(opening, 3);
+}
+
 TEST(PlaceJudge, it_tips_when_its_centre_is_beyond_the_supports_rim_whatever_the_papers_criterion_says) {
   // Cylinders of radius 37.5 mm: a centre of mass 28 mm off is over the support, one 50 mm off is not.
   const double radius = good_request().scenario.object("c2")->radius;

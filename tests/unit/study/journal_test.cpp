@@ -76,7 +76,7 @@ TEST_F(JournalTest, keeps_the_first_of_two_answers_to_one_question) {
 TEST_F(JournalTest, keeps_the_course_of_an_optimization_once_however_often_it_is_told) {
   auto journal = Journal::open(file);
   ASSERT_TRUE(journal.ok());
-  const EvaluationRecord record{0, "cma", 1, 2, 3, 0.1 + 0.2, 4, 5, 6, {1.0 / 3, -3, 9}};
+  const EvaluationRecord record{"grasp", 0, "cma", 1, 2, 3, 0.1 + 0.2, 4, 5, 6, {1.0 / 3, -3, 9}};
   for (int i = 0; i < 2; ++i) ASSERT_TRUE(journal->record_evaluations({&record, 1}).ok());
   const auto back = journal->evaluations();
   ASSERT_TRUE(back.ok());

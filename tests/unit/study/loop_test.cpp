@@ -9,6 +9,7 @@
 #include "core/files.h"
 #include "rules/learner.h"
 #include "study/codec.h"
+#include "study/generalization.h"
 #include "synthetic.h"
 
 namespace primo::study {
@@ -24,6 +25,7 @@ class SyntheticWorkers : public Workers {
     for (std::size_t i = 0; i < rollouts.size(); ++i) {
       if (stop()) return stopped();
       ++rollouts_done;
+      executed += rollouts[i].mode == physics::Mode::execute;
       on_result(i, test::bowl(rollouts[i]));
     }
     return success();
@@ -45,7 +47,7 @@ class SyntheticWorkers : public Workers {
     return optimize_in_directory(goal, *this);
   }
   int calls_left = -1;
-  int rollouts_done = 0;
+  int rollouts_done = 0, executed = 0;
   std::vector<std::string> batches;
   std::vector<OptimizeGoal> goals;
 
@@ -64,16 +66,19 @@ class LoopTest : public ::testing::Test {
     study.name = "test";
     study.robot = "/nowhere/robot.yaml";
     study.robot_digest = "0";
-    study.primitive = test::primitive(2).with_log_rho({1.9, 2.0});  // succeeds in some scenarios only
+    study.parts.resize(1);
+    Part& part = study.parts[0];
+    part.name = "grasp";
+    part.primitive = test::primitive(2).with_log_rho({1.9, 2.0});  // succeeds in some scenarios only
     for (int k = 0; k < 3; ++k) {
-      study.training.push_back(test::scenario("s" + std::to_string(k), 0.75 + 0.05 * k));
-      study.training.back().robot_start = {0.0};
+      part.training.push_back(test::scenario("s" + std::to_string(k), 0.75 + 0.05 * k));
+      part.training.back().robot_start = {0.0};
     }
-    study.settings.experience.scenarios = 30;
-    study.settings.experience.displacement = 0.05;
-    study.settings.optimizer.evaluations = 80;
-    study.settings.optimizer.population = 8;
-    study.settings.executed = 5;
+    part.settings.experience.scenarios = 30;
+    part.settings.experience.displacement = 0.05;
+    part.settings.optimizer.evaluations = 80;
+    part.settings.optimizer.population = 8;
+    study.parts[0].settings.executed = 5;
   }
   void TearDown() override { fs::remove_all(directory); }
   std::string result_text(const std::string& name) const { return read_file(directory / name / "result.json").value(); }
@@ -91,13 +96,13 @@ TEST_F(LoopTest, makes_the_rule_more_predictive) {
     EXPECT_EQ(p.study, study.id());
   });
   ASSERT_TRUE(result.ok()) << result.error().message;
-  ASSERT_EQ(result->collections.size(), 2u);
-  const auto &before = result->collections[0], &after = result->collections[1];
+  ASSERT_EQ(result->parts[0].collections.size(), 2u);
+  const auto &before = result->parts[0].collections[0], &after = result->parts[0].collections[1];
   EXPECT_LT(before.displaced.desired.value(), 0.9);
   EXPECT_EQ(after.displaced.desired.value(), 1.0);
   const auto* rule = rule_of(after.rules, "grasp");
   ASSERT_NE(rule, nullptr);
-  const auto shown = desired_rule(*rule, result->optimizations[0].desired);
+  const auto shown = desired_rule(*rule, result->parts[0].optimizations[0].desired);
   ASSERT_EQ(shown.outcomes.size(), 1u);
   EXPECT_EQ(shown.outcomes[0].count, 30);
   EXPECT_DOUBLE_EQ(shown.outcomes[0].p, 1.0);
@@ -110,7 +115,7 @@ TEST_F(LoopTest, makes_the_rule_more_predictive) {
 
   // What was counted is what was seen: the experience files say the same.
   int lines = 0, grasped = 0;
-  std::istringstream file(read_file(directory / "run" / "experience-0.jsonl").value());
+  std::istringstream file(read_file(directory / "run" / "experience-grasp-0.jsonl").value());
   for (std::string line; std::getline(file, line); ++lines) {
     const auto experience = symbols::experience_from_json(line);
     ASSERT_TRUE(experience.ok()) << experience.error().message;
@@ -135,14 +140,17 @@ TEST_F(LoopTest, counts_of_a_places_two_criteria_are_kept_with_the_result) {
   ASSERT_TRUE(run_study(study, directory / "run", workers).ok());
   auto result = result_from_json(result_text("run"));
   ASSERT_TRUE(result.ok()) << result.error().message;
-  EXPECT_TRUE(result->collections[0].displaced.on.empty()) << "a grasp is not placed";
-  result->collections[0].displaced.on = {{"both", 3}, {"paper only", 2}};
+  EXPECT_TRUE(result->parts[0].collections[0].displaced.on.empty()) << "a grasp is not placed";
+  result->parts[0].collections[0].displaced.on = {{"both", 3}, {"paper only", 2}};
   const auto back = result_from_json(to_json(*result));
   ASSERT_TRUE(back.ok()) << back.error().message;
-  EXPECT_EQ(back->collections[0].displaced.on, result->collections[0].displaced.on);
+  EXPECT_EQ(back->parts[0].collections[0].displaced.on, result->parts[0].collections[0].displaced.on);
 }
 
 TEST_F(LoopTest, ends_with_the_same_bytes_however_often_it_was_stopped) {
+  study.parts[0].settings.generalization.levels = {0.02};
+  study.parts[0].settings.generalization.scenarios = 15;
+  study.parts[0].settings.generalization.executed = 5;
   SyntheticWorkers undisturbed;
   ASSERT_TRUE(run_study(study, directory / "whole", undisturbed).ok());
   int rollouts = 0, runs = 0;
@@ -172,7 +180,7 @@ TEST_F(LoopTest, run_again_says_the_same_without_any_work) {
 
 TEST_F(LoopTest, tells_the_optimizer_everything_in_the_goal) {
   SyntheticWorkers workers;
-  study.settings.optimizer.settings.validation = 2;
+  study.parts[0].settings.optimizer.settings.validation = 2;
   ASSERT_TRUE(run_study(study, directory / "run", workers).ok());
   ASSERT_EQ(workers.goals.size(), 1u);
   const auto& goal = workers.goals[0];
@@ -190,9 +198,9 @@ TEST_F(LoopTest, tells_the_optimizer_everything_in_the_goal) {
 
 TEST_F(LoopTest, robust_protocol_gives_the_optimizer_a_pool_and_scenarios_held_out) {
   SyntheticWorkers workers;
-  study.settings.protocol = Protocol::robust;
-  study.settings.pool.scenarios = 24;
-  study.settings.pool.validation = 9;
+  study.parts[0].settings.protocol = Protocol::robust;
+  study.parts[0].settings.pool.scenarios = 24;
+  study.parts[0].settings.pool.validation = 9;
   ASSERT_TRUE(run_study(study, directory / "run", workers).ok());
   ASSERT_EQ(workers.goals.size(), 1u);
   const auto& goal = workers.goals[0];
@@ -206,16 +214,79 @@ TEST_F(LoopTest, robust_protocol_gives_the_optimizer_a_pool_and_scenarios_held_o
 
 TEST_F(LoopTest, ends_when_the_rules_no_longer_change) {
   SyntheticWorkers workers;
-  study.settings.rounds = 5;
+  study.parts[0].settings.rounds = 5;
+  study.parts[0].settings.optimizer.restarts = 3;
+  study.parts[0].settings.optimizer.later_restarts = 1;
   const auto result = run_study(study, directory / "run", workers);
   ASSERT_TRUE(result.ok()) << result.error().message;
-  EXPECT_EQ(result->optimizations.size(), 2u) << "the second round cannot improve on certain success";
-  EXPECT_NE(result->end.find("no longer change"), std::string::npos);
+  EXPECT_EQ(result->parts[0].optimizations.size(), 2u) << "the second round cannot improve on certain success";
+  EXPECT_NE(result->parts[0].end.find("no longer change"), std::string::npos);
+  EXPECT_EQ(workers.goals.at(0).restarts, 3);
+  EXPECT_EQ(workers.goals.at(1).restarts, 1);
+}
+
+TEST_F(LoopTest, compares_both_primitives_on_held_out_scenarios_of_every_level) {
+  SyntheticWorkers workers;
+  auto& settings = study.parts[0].settings;
+  settings.generalization.levels = {0, 0.05};
+  settings.generalization.tables = {0.05};
+  settings.generalization.scenarios = 40;
+  settings.generalization.executed = 10;
+  const auto result = run_study(study, directory / "run", workers);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  const auto& levels = result->parts[0].levels;
+  ASSERT_EQ(levels.size(), 2u);
+  for (const auto& level : levels) {
+    EXPECT_EQ(level.strict.trials(), 40);
+    EXPECT_EQ(level.executed.trials(), 10);
+    EXPECT_EQ(level.before.strict.successes, level.strict.first().successes);
+    EXPECT_EQ(level.after.strict.successes, level.strict.second().successes);
+    EXPECT_EQ(level.after.strict.successes, 40);
+    int failures = 0;
+    for (const auto& [cause, example] : level.before.failures) failures += example.count;
+    EXPECT_EQ(failures, 40 - level.before.strict.successes) << "every failure has one cause";
+  }
+  EXPECT_LT(levels[1].before.strict.successes, 40);
+  EXPECT_FALSE(levels[0].before.rules);
+  ASSERT_TRUE(levels[1].after.rules && levels[1].after.executed_rules);
+  EXPECT_EQ(rule_of(*levels[1].after.rules, "grasp")->outcomes[0].count, 40);
+  EXPECT_EQ(rule_of(*levels[1].after.executed_rules, "grasp")->outcomes[0].count, 10);
+  const auto text = result_text("run");
+  const auto back = result_from_json(text);
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(to_json(*back), text);
+  // No held-out scenario is one of the training's or the experience's.
+  const auto held_out = held_out_scenario(study.parts[0], 1, 0);
+  const auto experience = draw_displaced(study.parts[0].training, 0.02, settings.experience.seed, 0, 1, "_");
+  ASSERT_TRUE(held_out.ok() && experience.ok());
+  EXPECT_NE(held_out->objects[0].position, experience->scenarios[0].objects[0].position);
+}
+
+TEST_F(LoopTest, parts_are_done_one_after_the_other_and_answers_are_shared) {
+  SyntheticWorkers alone, both;
+  ASSERT_TRUE(run_study(study, directory / "alone", alone).ok());
+  study.parts.push_back(study.parts[0]);
+  study.parts[1].name = "again";
+  const auto result = run_study(study, directory / "both", both);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  ASSERT_EQ(result->parts.size(), 2u);
+  EXPECT_EQ(result->parts[1].name, "again");
+  EXPECT_EQ(both.rollouts_done, alone.rollouts_done) << "the same question is never asked twice";
+  EXPECT_EQ(result->parts[0].collections[1].training.gamma, result->parts[1].collections[1].training.gamma);
+  EXPECT_TRUE(fs::exists(directory / "both" / "experience-again-1.jsonl"));
+}
+
+TEST_F(LoopTest, rules_are_learned_from_executed_motions_where_the_study_says_so) {
+  SyntheticWorkers workers;
+  study.parts[0].settings.experience.mode = physics::Mode::execute;
+  const auto result = run_study(study, directory / "run", workers);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(workers.executed, 2 * 30) << "every displaced scenario, with P and with P*";
 }
 
 TEST_F(LoopTest, says_so_when_the_action_never_changes_anything) {
   SyntheticWorkers workers;
-  study.primitive = study.primitive.with_log_rho({-3, -3});
+  study.parts[0].primitive = study.parts[0].primitive.with_log_rho({-3, -3});
   const auto result = run_study(study, directory / "run", workers);
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, Code::failed);

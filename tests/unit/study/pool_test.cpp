@@ -119,7 +119,8 @@ class RobustOptimization : public ::testing::Test {
     goal.study = "test-0";
     goal.primitive = test::primitive(2);
     goal.scenarios = draw_pool(originals(3), 30, 0.02, 7, "pool").value();
-    for (auto& copy : draw_pool(originals(3), 12, 0.02, 8, "choice").value()) goal.scenarios.push_back(copy);
+    const auto choice = draw_pool(originals(3), 12, 0.02, 8, "choice");
+    goal.scenarios.insert(goal.scenarios.end(), choice->begin(), choice->end());
     for (const auto& s : goal.scenarios) goal.estimates.push_back(test::estimate(s));
     goal.drawn = 5;
     goal.held_out = 12;
@@ -130,7 +131,7 @@ class RobustOptimization : public ::testing::Test {
     goal.seed = 5;
   }
   void TearDown() override { fs::remove_all(directory); }
-  Journal journal(const std::string& name = "journal.db") { return std::move(*Journal::open(directory / name)); }
+  Journal journal(const std::string& name = "journal.db") { return Journal::open(directory / name).value(); }
   fs::path directory;
   OptimizeGoal goal;
 };

@@ -43,6 +43,7 @@ class Samples {
 
 StageState state_of(const Progress& sample) {
   StageState state;
+  state.part = sample.part();
   state.round = sample.round();
   state.stage = sample.stage();
   state.subject = sample.algorithm().empty() ? sample.text() : sample.algorithm();
