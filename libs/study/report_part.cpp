@@ -99,16 +99,23 @@ std::string sensitivity_table(const PartMaterial& m) {
 }
 
 std::string precisions(const PartMaterial& m) {
-  const auto &p = m.before().primitive, &q = m.after().primitive;
-  const auto old_entries = p.open_entries(0, 1), new_entries = q.open_entries(0, 1);
-  const auto value = [](const motion::OpenEntry& e) { return number("%.3g", e.log ? std::pow(10, e.value) : e.value); };
-  const auto logarithm = [](const motion::OpenEntry& e) { return e.log ? number("%.2f", e.value) : std::string("–"); };
+  const auto value = [](const std::optional<motion::OpenEntry>& e) {
+    return e ? number("%.3g", e->log ? std::pow(10, e->value) : e->value) : std::string("–");
+  };
+  const auto logarithm = [](const std::optional<motion::OpenEntry>& e) {
+    return e && e->log ? number("%.2f", e->value) : std::string("–");
+  };
   std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < old_entries.size() && i < new_entries.size(); ++i) {
-    const auto &before = old_entries[i], &after = new_entries[i];
-    rows.push_back({escape(before.name), value(before), value(after), logarithm(before), logarithm(after)});
+  for (const auto& [name, before, after] : paired_entries(m.before().primitive, m.after().primitive)) {
+    rows.push_back({escape(name), value(before), value(after), logarithm(before), logarithm(after)});
   }
-  return html::table({"Task variable", "ρ of P", "ρ of P*", "log₁₀ P", "log₁₀ P*"}, rows) + sensitivity_table(m);
+  const std::string structure = m.part->structure ? "<p class=\"note\">The search began with the task variables of “" +
+                                                        escape(m.part->structure->name) +
+                                                        "”, not with those of P; where only one has an entry, the "
+                                                        "other has none such.</p>"
+                                                  : "";
+  return html::table({"Task variable", "ρ of P", "ρ of P*", "log₁₀ P", "log₁₀ P*"}, rows) + structure +
+         sensitivity_table(m);
 }
 
 /// Counts of P and P* on the displaced scenes, as bars.

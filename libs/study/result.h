@@ -101,6 +101,14 @@ rules::Rule desired_rule(const rules::Rule& rule, const std::vector<symbols::Lit
 /// The literals of a rule with its variables renamed: the action's arguments to X, Y, …, deictic ones to what follows.
 std::vector<symbols::Literal> canonical(const std::vector<symbols::Literal>& literals, const symbols::Literal& action);
 
+/// An open entry of one primitive, of another, or of both: its name and value in each.
+struct EntryPair {
+  std::string name;
+  std::optional<motion::OpenEntry> before, after;
+};
+/// Entries of both by name, those of `before` first.
+std::vector<EntryPair> paired_entries(const motion::Primitive& before, const motion::Primitive& after);
+
 /// For a terminal, of each part: the action's rule before and after in the paper's notation, each outcome with its
 /// count and 95 % interval, the rates three ways, ρ before and after.
 std::string summary(const StudyResult& result);

@@ -52,12 +52,13 @@ std::string rates_text(const char* name, const Collection& collection) {
 }
 
 std::string rho_text(const motion::Primitive& before, const motion::Primitive& after) {
-  const auto old_entries = before.open_entries(0, 1), new_entries = after.open_entries(0, 1);
   std::string text = print("  %-24s%12s%12s\n", "log10 rho", "P", "P*");
-  for (std::size_t i = 0; i < old_entries.size() && i < new_entries.size(); ++i) {
-    const auto& entry = old_entries[i];
-    text += print("  %-24s%12.2f%12.2f", entry.name.c_str(), entry.value, new_entries[i].value);
-    text += entry.log ? "\n" : "  (itself)\n";
+  for (const auto& [name, old_entry, new_entry] : paired_entries(before, after)) {
+    const auto value = [](const std::optional<motion::OpenEntry>& e) {
+      return e ? print("%12.2f", e->value) : print("%12s", "-");
+    };
+    text += print("  %-24s", name.c_str()) + value(old_entry) + value(new_entry);
+    text += (old_entry ? old_entry : new_entry)->log ? "\n" : "  (itself)\n";
   }
   return text;
 }
@@ -90,6 +91,21 @@ std::string part_text(const PartResult& part) {
 }
 
 }  // namespace
+
+std::vector<EntryPair> paired_entries(const motion::Primitive& before, const motion::Primitive& after) {
+  std::vector<EntryPair> pairs;
+  for (const auto& entry : before.open_entries(0, 1)) pairs.push_back({entry.name, entry, {}});
+  for (const auto& entry : after.open_entries(0, 1)) {
+    const auto same =
+        std::find_if(pairs.begin(), pairs.end(), [&](const EntryPair& p) { return p.name == entry.name; });
+    if (same != pairs.end()) {
+      same->after = entry;
+    } else {
+      pairs.push_back({entry.name, {}, entry});
+    }
+  }
+  return pairs;
+}
 
 std::vector<Literal> canonical(const std::vector<Literal>& literals, const Literal& action) {
   std::map<std::string, std::string> names;

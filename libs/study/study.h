@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,9 @@ struct StudySettings {
 struct Part {
   std::string name;  ///< letters, digits, _ and -
   motion::Primitive primitive;
+  /// What the search of the first round begins with in place of P: another set of task variables and profiles. Open
+  /// entries are searched; P remains what is compared with.
+  std::optional<motion::Primitive> structure = {};
   std::vector<scene::Scenario> training;  ///< robot_start filled in
   StudySettings settings;
 
@@ -134,6 +138,7 @@ struct Part {
     v("name", name, {.required = true});
     settings.visit(v);
     v("primitive", primitive, {.required = true});
+    v("structure", structure, {.help = "primitive whose open entries are searched in place of P's"});
     v("training", training, {.required = true});
   }
 };
@@ -162,9 +167,9 @@ struct Study {
 ///   include   a file or a list of them; their keys hold where this file does not say otherwise
 ///   name      of the study
 ///   robot     robot file
-///   parts     a list of maps, each with the keys of a part: name, primitive (a file), training (files of scenarios),
-///             and the settings; what stands beside `parts` holds for all of them. Without `parts` the file is one part
-///             itself, named after its action.
+///   parts     a list of maps, each with the keys of a part: name, primitive (a file), structure (a file), training
+///             (files of scenarios), and the settings; what stands beside `parts` holds for all of them. Without
+///             `parts` the file is one part itself, named after its action.
 /// Maps are merged key by key, anything else is replaced whole. `overrides` are "key=value", e.g.
 /// "optimizer.evaluations=500" for all parts, "grasp.optimizer.evaluations=500" for the part named grasp. Errors name
 /// the file, the line where there is one, and the key.

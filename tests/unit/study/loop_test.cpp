@@ -276,6 +276,24 @@ TEST_F(LoopTest, parts_are_done_one_after_the_other_and_answers_are_shared) {
   EXPECT_TRUE(fs::exists(directory / "both" / "experience-again-1.jsonl"));
 }
 
+TEST_F(LoopTest, another_structure_is_searched_in_place_of_p_which_stays_what_is_compared_with) {
+  SyntheticWorkers workers;
+  study.parts[0].structure = test::primitive(3);
+  study.parts[0].structure->name = "other";
+  const auto result = run_study(study, directory / "run", workers);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(workers.goals.at(0).primitive.name, "other");
+  const auto& collections = result->parts[0].collections;
+  EXPECT_EQ(collections[0].primitive.tasks.size(), 2u);
+  EXPECT_EQ(collections[1].primitive.tasks.size(), 3u);
+  const auto pairs = paired_entries(collections[0].primitive, collections[1].primitive);
+  ASSERT_EQ(pairs.size(), 3u);
+  EXPECT_TRUE(pairs[1].before && pairs[1].after);
+  EXPECT_FALSE(pairs[2].before);
+  study.parts[0].structure->action = "place";
+  EXPECT_FALSE(study.validate().ok());
+}
+
 TEST_F(LoopTest, rules_are_learned_from_executed_motions_where_the_study_says_so) {
   SyntheticWorkers workers;
   study.parts[0].settings.experience.mode = physics::Mode::execute;
