@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/random.h"
+#include "robot/distance.h"
 #include "scene/geometry.h"
 
 namespace primo::scene {
@@ -80,9 +81,24 @@ Status check(const RandomSceneSettings& settings) {
   return success();
 }
 
-}  // namespace
+/// Whether the robot overlaps no object but the one it holds.
+bool clear_of(const robot::Robot& robot, const robot::Kinematics& kinematics, const Scenario& scenario) {
+  for (const auto& link : robot.link_shapes()) {
+    const Pose X_WG = robot.pose(kinematics, link);
+    for (const auto& object : scenario.objects) {
+      if (scenario.holds(object.name)) continue;
+      const double radii = robot::bounding_radius(link.shape) + robot::bounding_radius(object.shape());
+      if ((X_WG.translation() - object.position).norm() > radii) continue;
+      if (robot::distance(link.shape, X_WG, object.shape(), object.X_WO()).distance < 0) return false;
+    }
+  }
+  return true;
+}
 
-Result<Displaced> displace(const Scenario& base, double d, std::uint64_t seed, std::uint64_t index, int max_tries) {
+/// Displaces until objects are apart, on the table and `good`.
+template <class Good>
+Result<Displaced> displaced_until(const Scenario& base, double d, std::uint64_t seed, std::uint64_t index,
+                                  int max_tries, Good good) {
   if (!(d >= 0 && d <= 0.5)) {
     return Error{Code::config, "displacement of scenario " + base.name + " is " + std::to_string(d) +
                                    " m, must be between 0 and 0.5"};
@@ -104,14 +120,37 @@ Result<Displaced> displace(const Scenario& base, double d, std::uint64_t seed, s
       fell = fell || !centre_over_table(objects[k], base.table);
     }
     const bool touching = any_touch(objects);
-    if (!fell && !touching) return result;
+    if (!fell && !touching && good(result.scenario)) return result;
     result.rejected_falling += fell;
     result.rejected_touching += !fell && touching;
+    result.rejected_in_robot += !fell && !touching;
   }
   return Error{Code::config, "scenario " + base.name + ": no displacement by up to " + std::to_string(d) + " m in " +
                                  std::to_string(max_tries) + " draws kept objects apart (" +
-                                 std::to_string(result.rejected_touching) + " touched) and on the table (" +
-                                 std::to_string(result.rejected_falling) + " fell); use a smaller displacement"};
+                                 std::to_string(result.rejected_touching) + " touched), on the table (" +
+                                 std::to_string(result.rejected_falling) + " fell) and out of the robot (" +
+                                 std::to_string(result.rejected_in_robot) +
+                                 " in it at its start); use a smaller displacement"};
+}
+
+}  // namespace
+
+Result<Displaced> displace(const Scenario& base, double d, std::uint64_t seed, std::uint64_t index, int max_tries) {
+  return displaced_until(base, d, seed, index, max_tries, [](const Scenario&) { return true; });
+}
+
+Result<Displaced> displace(const robot::Robot& robot, const Scenario& base, double d, std::uint64_t seed,
+                           std::uint64_t index, int max_tries) {
+  if (!base.robot_start.empty() && static_cast<int>(base.robot_start.size()) != robot.joints()) {
+    return Error{Code::config, "scenario " + base.name + ": 'robot_start' has " +
+                                   std::to_string(base.robot_start.size()) + " joint angles, robot " + robot.name() +
+                                   " has " + std::to_string(robot.joints())};
+  }
+  Eigen::VectorXd start = robot.home();
+  if (!base.robot_start.empty()) start = Eigen::Map<const Eigen::VectorXd>(base.robot_start.data(), robot.joints());
+  const robot::Kinematics kinematics = robot.forward(start);
+  return displaced_until(base, d, seed, index, max_tries,
+                         [&](const Scenario& scenario) { return clear_of(robot, kinematics, scenario); });
 }
 
 Result<Scenario> random_scenario(const RandomSceneSettings& settings, std::uint64_t seed, std::uint64_t index) {

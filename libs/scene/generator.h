@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/result.h"
+#include "robot/robot.h"
 #include "scene/scenario.h"
 
 namespace primo::scene {
@@ -14,7 +15,8 @@ struct Displaced {
   Scenario scenario;
   int rejected_touching = 0;  ///< draws in which two objects touched
   int rejected_falling = 0;   ///< draws in which an object's centre was beyond the table's edge
-  int rejected() const { return rejected_touching + rejected_falling; }
+  int rejected_in_robot = 0;  ///< draws in which an object lay in the robot at its start
+  int rejected() const { return rejected_touching + rejected_falling + rejected_in_robot; }
 };
 
 /// Moves every object that the hand does not hold by uniform noise in ±d along x and y, each on its own; draws in which
@@ -23,6 +25,11 @@ struct Displaced {
 /// invalid base.
 Result<Displaced> displace(const Scenario& base, double d, std::uint64_t seed, std::uint64_t index,
                            int max_tries = 2000);
+
+/// As above; draws in which an object that is not held overlaps the robot at robot_start are rejected, too. Where none
+/// does, the scenario is the same to the byte.
+Result<Displaced> displace(const robot::Robot& robot, const Scenario& base, double d, std::uint64_t seed,
+                           std::uint64_t index, int max_tries = 2000);
 
 /// How random scenes look: a target cylinder "c1" and obstacles around it, within the arm's reach.
 struct RandomSceneSettings {

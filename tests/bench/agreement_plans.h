@@ -119,7 +119,7 @@ class PlacePlans final : public Plans {
       return std::move(*scenario);
     }
     const double most = 0.01 * static_cast<double>(pair / training_.size() % 6);
-    auto displaced = scene::displace(training_[pair % training_.size()], most, seed_, pair);
+    auto displaced = scene::displace(robot_, training_[pair % training_.size()], most, seed_, pair);
     if (!displaced.ok()) return std::nullopt;
     return std::move(displaced->scenario);
   }

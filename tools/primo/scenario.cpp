@@ -49,7 +49,7 @@ Result<scene::Scenario> make(const Options& options, const robot::Robot& robot,
   const auto i = static_cast<std::uint64_t>(index);
   if (!base && options.action == "place") return physics::random_place_scenario(robot, {}, options.seed, i);
   if (!base) return scene::random_scenario({}, options.seed, i);
-  PRIMO_ASSIGN(auto displaced, scene::displace(*base, options.displacement, options.seed, i));
+  PRIMO_ASSIGN(auto displaced, scene::displace(robot, *base, options.displacement, options.seed, i));
   rejected += displaced.rejected();
   return std::move(displaced.scenario);
 }
@@ -76,7 +76,8 @@ Status generate(const Options& options) {
     PRIMO_TRY(write_file(fs::path(options.output) / (scenario.name + ".yaml"), config::dump(scenario)));
   }
   std::cout << "primo: " << options.count << " scenarios in " << options.output;
-  if (base) std::cout << "; " << rejected << " draws rejected because objects touched or fell off the table";
+  if (base)
+    std::cout << "; " << rejected << " draws rejected because objects touched, fell off the table or lay in the robot";
   std::cout << "\n";
   return success();
 }

@@ -305,6 +305,46 @@ TEST(PlaceScenes, are_reproducible_and_hold_their_object_with_margins) {
   }
 }
 
+TEST(PlaceScenes, displaced_objects_do_not_lie_in_what_the_hand_holds_nor_in_the_hand) {
+  const auto& robot = world().robot;
+  scene::Scenario base = testing::place_scenario(robot);
+  const robot::Kinematics start = robot.forward(testing::start_of(base));
+  const scene::Object& held = *base.object("c1");
+  // A tall post beside the hand, near enough that many draws put it into the hand.
+  scene::Object post = held;
+  post.name = "o1";
+  post.radius = 0.01;
+  post.height = 0.3;
+  const Eigen::Vector3d centre = base.table.top_centre;
+  post.position = held.position + 0.1 * (centre - held.position).cwiseProduct(Eigen::Vector3d(1, 1, 0)).normalized();
+  post.position.z() = centre.z() + 0.15;
+  post.rpy.setZero();
+  base.objects.push_back(post);
+  const auto depth = [&](const scene::Scenario& scenario) {
+    const auto& moved = *scenario.object("o1");
+    double least = robot::distance(held.shape(), held.X_WO(), moved.shape(), moved.X_WO()).distance;
+    for (const auto& link : robot.link_shapes())
+      least =
+          std::min(least, robot::distance(link.shape, robot.pose(start, link), moved.shape(), moved.X_WO()).distance);
+    return least;
+  };
+  int rejected = 0, in_robot = 0, same = 0;
+  constexpr int kDraws = 60;
+  for (std::uint64_t index = 0; index < kDraws; ++index) {
+    const auto moved = scene::displace(robot, base, 0.1, 3, index);
+    ASSERT_TRUE(moved.ok()) << moved.error().message;
+    EXPECT_GE(depth(moved->scenario), 0) << index;
+    rejected += moved->rejected_in_robot > 0;
+    const auto without = scene::displace(base, 0.1, 3, index);
+    ASSERT_TRUE(without.ok());
+    in_robot += depth(without->scenario) < 0;
+    same += config::dump(without->scenario) == config::dump(moved->scenario);
+  }
+  EXPECT_GT(in_robot, 5) << "the rule makes a difference here";
+  EXPECT_EQ(rejected, in_robot);
+  EXPECT_EQ(same, kDraws - in_robot) << "other draws are what they were";
+}
+
 TEST(PlaceScenes, cameras_do_not_see_what_the_hand_holds_and_perception_takes_it_from_the_hand) {
   const scene::Scenario scenario = good_request().scenario;
   const auto clouds = render_depth(scenario);
