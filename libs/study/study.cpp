@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/hash.h"
+#include "robot/files_digest.h"
 #include "robot/robot.h"
 #include "scene/reach.h"
 #include "symbols/literal_json.h"
@@ -159,9 +160,7 @@ Result<Study> load_study(const fs::path& study_file, const std::vector<std::stri
   study.settings = file.settings;
   study.robot = fs::absolute(folder / file.robot).lexically_normal().string();
   PRIMO_ASSIGN(const robot::Robot robot, robot::Robot::load(study.robot));
-  PRIMO_ASSIGN(const std::string robot_text, read_file(study.robot));
-  PRIMO_ASSIGN(const std::string model_text, read_file(robot.mjcf_path()));
-  study.robot_digest = hex(Hasher().add(robot_text).add(model_text).value());
+  PRIMO_ASSIGN(study.robot_digest, robot::files_digest(study.robot, robot.mjcf_path()));
   PRIMO_ASSIGN(study.primitive, motion::read_primitive(folder / file.primitive));
   PRIMO_ASSIGN(study.training, read_training(file, folder, robot));
   if (auto status = study.validate(); !status.ok()) return status.error().at(where);

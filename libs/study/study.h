@@ -102,7 +102,7 @@ struct StudyFile {
 struct Study {
   std::string name;
   std::string robot;         ///< absolute path of the robot file
-  std::string robot_digest;  ///< of the robot file and its model
+  std::string robot_digest;  ///< of the robot file, its model and their files (robot/files_digest.h)
   motion::Primitive primitive;
   std::vector<scene::Scenario> training;  ///< robot_start filled in
   StudySettings settings;
