@@ -146,10 +146,13 @@ void Canvas::draw_all() {
   mjv_updateScene(model_.get(), data_.get(), &option_, &perturb, &camera, mjCAT_ALL, &scene_->scene);
 }
 
-void Canvas::draw_ghost(const Eigen::VectorXd& q, float alpha) {
+void Canvas::draw_ghost(const Eigen::VectorXd& q, float alpha, const std::string& with) {
   pose_robot(q);
+  const int object = with.empty() ? -1 : model_.body(with);
   for (int g = 0; g < model_->ngeom; ++g) {
-    if (model_->geom_group[g] != kRobotGroup || model_->body_weldid[model_->geom_bodyid[g]] == 0) continue;
+    const int body = model_->geom_bodyid[g];
+    const bool of_robot = model_->geom_group[g] == kRobotGroup && model_->body_weldid[body] != 0;
+    if (!of_robot && body != object) continue;
     Colour rgba{};
     std::copy_n(model_->geom_rgba + 4 * g, 4, rgba.begin());
     for (std::size_t channel = 0; channel < 3; ++channel)

@@ -37,7 +37,8 @@ class Canvas {
   /// Fills the scene with the model as it is posed; what was drawn before is gone.
   void draw_all();
   /// The robot's moving shapes at q, transparent, over what is drawn.
-  void draw_ghost(const Eigen::VectorXd& q, float alpha);
+  /// The object `with`, where there is one of that name, is drawn with it where it is posed.
+  void draw_ghost(const Eigen::VectorXd& q, float alpha, const std::string& with = {});
   void draw_line(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Colour& colour = kLine);
   void draw_dot(const Eigen::Vector3d& p, double radius, const Colour& colour = kLine);
   /// The path of the grasp centre over the rows of q, its ends as dots.

@@ -13,6 +13,7 @@
 
 #include "core/files.h"
 #include "physics/canvas.h"
+#include "scene/held.h"
 
 extern char** environ;
 
@@ -163,7 +164,8 @@ Status encode(Encoder& encoder, Canvas& canvas, const scene::Scenario& scenario,
 
 }  // namespace
 
-Recording replay(const Eigen::MatrixXd& q, double dt, const scene::Scenario& scenario, double interval) {
+Recording replay(const robot::Robot& robot, const Eigen::MatrixXd& q, double dt, const scene::Scenario& scenario,
+                 double interval) {
   Recording recording;
   recording.interval = interval;
   std::vector<Pose> objects;
@@ -175,7 +177,16 @@ Recording replay(const Eigen::MatrixXd& q, double dt, const scene::Scenario& sce
     const auto t = std::min(static_cast<Eigen::Index>(at), std::max<Eigen::Index>(q.rows() - 2, 0));
     const Eigen::Index next = std::min(t + 1, q.rows() - 1);
     const double s = at - static_cast<double>(t);
-    recording.frames.push_back({k * interval, ((1 - s) * q.row(t) + s * q.row(next)).transpose(), objects});
+    Recording::Frame frame{k * interval, ((1 - s) * q.row(t) + s * q.row(next)).transpose(), objects};
+    if (scenario.held) {
+      for (int j = robot.arm_joints(); j < robot.joints(); ++j)
+        frame.q[j] = scenario.robot_start[static_cast<std::size_t>(j)];
+      const auto held = std::find_if(scenario.objects.begin(), scenario.objects.end(),
+                                     [&](const auto& object) { return scenario.holds(object.name); });
+      frame.X_WO[static_cast<std::size_t>(held - scenario.objects.begin())] =
+          scene::held_pose(scenario, robot, frame.q);
+    }
+    recording.frames.push_back(std::move(frame));
   }
   return recording;
 }

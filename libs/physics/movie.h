@@ -15,8 +15,10 @@ struct MovieOptions {
   const Eigen::MatrixXd* compare = nullptr;  ///< as in MotionPictureOptions
 };
 
-/// The plan q (rows, dt s apart) as it is, nothing else moving: what the final-pose verdict takes for granted.
-Recording replay(const Eigen::MatrixXd& q, double dt, const scene::Scenario& scenario, double interval);
+/// The plan q (rows, dt s apart) as it is, nothing else moving but what the hand holds: what the final-pose verdict
+/// takes for granted.
+Recording replay(const robot::Robot& robot, const Eigen::MatrixXd& q, double dt, const scene::Scenario& scenario,
+                 double interval);
 
 /// The frames of `recording` as H.264 in an MP4 file, never half-written, with the path of the grasp centre over q.
 /// Same input, same bytes, with the same version of ffmpeg. Errors: a size that is odd or out of range; no or more than

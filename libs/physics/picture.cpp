@@ -6,6 +6,7 @@
 #include "core/files.h"
 #include "physics/canvas.h"
 #include "physics/joint_map.h"
+#include "scene/held.h"
 
 namespace primo::physics {
 namespace {
@@ -24,8 +25,24 @@ Status write_png(const std::filesystem::path& path, const Result<Image>& image) 
   return write_file(path, bytes);
 }
 
+/// Fingers that hold something stay as they are at the start.
+Eigen::VectorXd fingers_held(const robot::Robot& robot, const scene::Scenario& scenario, Eigen::VectorXd q) {
+  for (int j = robot.arm_joints(); j < robot.joints(); ++j) {
+    if (static_cast<std::size_t>(j) < scenario.robot_start.size())
+      q[j] = scenario.robot_start[static_cast<std::size_t>(j)];
+  }
+  return q;
+}
+
+/// Poses the robot and what it holds.
+void pose_all(Canvas& canvas, const robot::Robot& robot, const scene::Scenario& scenario, const Eigen::VectorXd& q) {
+  canvas.pose_robot(q);
+  if (scenario.held) canvas.pose_object(scenario.held->object, scene::held_pose(scenario, robot, q));
+}
+
 Eigen::VectorXd shown(const robot::Robot& robot, const scene::Scenario& scenario, const Eigen::VectorXd& q,
                       bool close_hand) {
+  if (scenario.held) return fingers_held(robot, scenario, q);
   const scene::Object* object = scenario.action.size() > 1 ? scenario.object(scenario.action[1]) : nullptr;
   return close_hand && object ? close_onto(robot, q, object->shape(), object->X_WO()) : q;
 }
@@ -72,7 +89,7 @@ Status render_png(const std::filesystem::path& path, const robot::Robot* robot, 
   if (robot) PRIMO_TRY(check_motion(*robot, q.size(), q.allFinite()));
   auto canvas = Canvas::create(robot, scenario, options);
   if (!canvas.ok()) return canvas.error();
-  if (robot) canvas->pose_robot(shown(*robot, scenario, q, options.close_hand));
+  if (robot) pose_all(*canvas, *robot, scenario, shown(*robot, scenario, q, options.close_hand));
   canvas->draw_all();
   return write_png(path, canvas->image(options.view.value_or(robot ? overview(scenario) : table_view(scenario))));
 }
@@ -85,9 +102,15 @@ Status render_motion_png(const std::filesystem::path& path, const robot::Robot& 
   auto canvas = Canvas::create(&robot, scenario, options.picture);
   if (!canvas.ok()) return canvas.error();
   const Eigen::Index last = q.rows() - 1;
-  canvas->pose_robot(shown(robot, scenario, q.row(last).transpose(), options.picture.close_hand));
+  const bool close = options.picture.close_hand;
+  pose_all(*canvas, robot, scenario, shown(robot, scenario, q.row(last).transpose(), close));
   canvas->draw_all();
-  for (int part = 0; part < 2 && last > 0; ++part) canvas->draw_ghost(q.row(last * part / 2).transpose(), 0.3F);
+  for (int part = 0; part < 2 && last > 0; ++part) {
+    Eigen::VectorXd at = q.row(last * part / 2).transpose();
+    if (scenario.held) at = fingers_held(robot, scenario, at);
+    pose_all(*canvas, robot, scenario, at);
+    canvas->draw_ghost(at, 0.3F, scenario.held ? scenario.held->object : std::string());
+  }
   canvas->draw_path(q, options.dashed);
   if (options.compare) canvas->draw_path(*options.compare, !options.dashed, kOtherLine);
   return write_png(path, canvas->image(options.picture.view.value_or(overview(scenario))));

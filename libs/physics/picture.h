@@ -38,8 +38,8 @@ Status render_png(const std::filesystem::path& path, const robot::Robot* robot, 
                   const Eigen::VectorXd& q, const PictureOptions& options = {});
 
 /// A motion q_0 … q_T (rows) in one picture: the robot at the end, its start and its middle as ghosts, and
-/// the path of the grasp centre as a line, solid or dashed. Another motion's path can be drawn beside it, the other
-/// way.
+/// the path of the grasp centre as a line, solid or dashed. What the hand holds is drawn with it each time. Another
+/// motion's path can be drawn beside it, the other way.
 struct MotionPictureOptions {
   PictureOptions picture;
   bool dashed = false;

@@ -53,8 +53,12 @@ Status check_grip(const std::string& place, const Object& object, const Pose& X_
 
 }  // namespace
 
+Pose held_pose(const Scenario& scenario, const robot::Robot& robot, const Eigen::VectorXd& q) {
+  return robot.pose(robot.forward(q), robot.grasp_frame()) * scenario.held->X_GO();
+}
+
 Pose held_pose(const Scenario& scenario, const robot::Robot& robot) {
-  return robot.pose(robot.forward(start_of(scenario)), robot.grasp_frame()) * scenario.held->X_GO();
+  return held_pose(scenario, robot, start_of(scenario));
 }
 
 Status check_held(const Scenario& scenario, const robot::Robot& robot) {

@@ -10,6 +10,8 @@ namespace primo::scene {
 /// Where the hand has what it holds: X_WO = X_WG(robot_start) X_GO. @pre the scenario is valid, holds something and
 /// robot_start has as many joints as the robot.
 Pose held_pose(const Scenario& scenario, const robot::Robot& robot);
+/// The same where the robot is at q. @pre something is held
+Pose held_pose(const Scenario& scenario, const robot::Robot& robot, const Eigen::VectorXd& q);
 
 inline constexpr double kHeldGap = 0.005;    ///< m, at most this far from two parts of the hand that oppose each other
 inline constexpr double kHeldDepth = 0.006;  ///< m, and no deeper in any part

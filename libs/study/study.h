@@ -148,7 +148,7 @@ struct Part {
 struct Study {
   std::string name;
   std::string robot;         ///< absolute path of the robot file
-  std::string robot_digest;  ///< of the robot file and its model
+  std::string robot_digest;  ///< of the robot file, its model and their files (robot/files_digest.h)
   std::vector<Part> parts;
 
   /// The name and 8 digits over the whole content but the robot's path.

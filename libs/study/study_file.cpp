@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/hash.h"
+#include "robot/files_digest.h"
 #include "robot/robot.h"
 #include "scene/reach.h"
 #include "study/study.h"
@@ -220,9 +220,7 @@ Result<Study> load_study(const fs::path& study_file, const std::vector<std::stri
   study.name = heading.name;
   study.robot = fs::absolute(heading.robot).lexically_normal().string();
   PRIMO_ASSIGN(const robot::Robot robot, robot::Robot::load(study.robot));
-  PRIMO_ASSIGN(const std::string robot_text, read_file(study.robot));
-  PRIMO_ASSIGN(const std::string model_text, read_file(robot.mjcf_path()));
-  study.robot_digest = hex(Hasher().add(robot_text).add(model_text).value());
+  PRIMO_ASSIGN(study.robot_digest, robot::files_digest(study.robot, robot.mjcf_path()));
   for (const auto& node : nodes) {
     YAML::Node whole(merged(node, given.all));
     const YAML::Node name = entry(node, "name");

@@ -133,8 +133,9 @@ Status write_files(const Options& options, const Ground& ground, const motion::P
     physics::MovieOptions movie;
     movie.frame_rate = kFrameRate;
     if (other) movie.compare = &other->trajectory.q;
-    const auto shown =
-        executed.frames.empty() ? physics::replay(q, plan.trajectory.dt, ground.scenario, 1 / kFrameRate) : executed;
+    const auto shown = executed.frames.empty()
+                           ? physics::replay(ground.robot, q, plan.trajectory.dt, ground.scenario, 1 / kFrameRate)
+                           : executed;
     PRIMO_TRY(physics::render_movie(options.movie, ground.robot, ground.scenario, q, shown, movie));
   }
   return success();

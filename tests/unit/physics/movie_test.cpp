@@ -6,6 +6,7 @@
 
 #include "core/files.h"
 #include "grasp_fixture.h"
+#include "place_fixture.h"
 
 namespace primo::physics {
 namespace {
@@ -31,7 +32,7 @@ struct Film {
 
 TEST(Replay, goes_through_the_plans_rows_at_their_times) {
   Film film;
-  const auto recording = replay(film.q, 0.1, film.scenario, 0.05);
+  const auto recording = replay(film.robot, film.q, 0.1, film.scenario, 0.05);
   ASSERT_EQ(recording.frames.size(), 5U);
   EXPECT_TRUE(recording.frames[0].q.isApprox(film.q.row(0).transpose()));
   EXPECT_TRUE(recording.frames[1].q.isApprox(0.5 * (film.q.row(0) + film.q.row(1)).transpose()));
@@ -39,9 +40,25 @@ TEST(Replay, goes_through_the_plans_rows_at_their_times) {
   EXPECT_TRUE(recording.frames[4].X_WO[0].isApprox(film.scenario.objects[0].X_WO()));
 }
 
+TEST(Replay, carries_what_the_hand_holds) {
+  const auto robot = testing::load_robot();
+  auto request = testing::place_at(robot, {0, 0, 0});
+  ASSERT_TRUE(request.has_value());
+  const auto recording = replay(robot, request->q, request->dt, request->scenario, request->dt);
+  const Pose X_GO = request->scenario.held->X_GO();
+  for (const auto& frame : recording.frames) {
+    const Pose X_WG = robot.pose(robot.forward(frame.q), robot.grasp_frame());
+    EXPECT_TRUE(frame.X_WO[0].isApprox(X_WG * X_GO, 1e-9)) << frame.time;
+    EXPECT_TRUE(frame.X_WO[1].isApprox(request->scenario.objects[1].X_WO()));
+  }
+  // The fixture ends 5 mm above the place on c2.
+  const Eigen::Vector3d end = testing::top_of_support(request->scenario) + Eigen::Vector3d(0, 0, 0.005);
+  EXPECT_LT((recording.frames.back().X_WO[0].translation() - end).norm(), 1e-3);
+}
+
 TEST(Movie, is_an_mp4_file_and_the_same_every_time) {
   Film film;
-  const auto recording = replay(film.q, 0.1, film.scenario, 0.04);
+  const auto recording = replay(film.robot, film.q, 0.1, film.scenario, 0.04);
   const auto a = scratch("a.mp4"), b = scratch("b.mp4"), c = scratch("c.mp4");
   for (const auto& path : {a, b}) {
     const auto status = render_movie(path, film.robot, film.scenario, film.q, recording, film.options);
@@ -53,8 +70,9 @@ TEST(Movie, is_an_mp4_file_and_the_same_every_time) {
   EXPECT_EQ(bytes, *read_file(b));
   // Another motion is another film.
   film.q(2, 1) -= 0.7;
-  ASSERT_TRUE(
-      render_movie(c, film.robot, film.scenario, film.q, replay(film.q, 0.1, film.scenario, 0.04), film.options).ok());
+  ASSERT_TRUE(render_movie(c, film.robot, film.scenario, film.q, replay(film.robot, film.q, 0.1, film.scenario, 0.04),
+                           film.options)
+                  .ok());
   EXPECT_NE(bytes, *read_file(c));
   for (const auto& path : {a, b, c}) {
     fs::path unfinished = path;
@@ -65,7 +83,7 @@ TEST(Movie, is_an_mp4_file_and_the_same_every_time) {
 
 TEST(Movie, says_what_is_missing_or_wrong_and_leaves_nothing_behind) {
   Film film;
-  const auto recording = replay(film.q, 0.1, film.scenario, 0.04);
+  const auto recording = replay(film.robot, film.q, 0.1, film.scenario, 0.04);
   const auto path = scratch("x.mp4");
   const auto refusal = [&](const Recording& shown, const MovieOptions& options) {
     const auto status = render_movie(path, film.robot, film.scenario, film.q, shown, options);

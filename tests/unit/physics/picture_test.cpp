@@ -5,6 +5,7 @@
 #include "core/files.h"
 #include "grasp_fixture.h"
 #include "physics/renderer.h"
+#include "place_fixture.h"
 
 namespace primo::physics {
 namespace {
@@ -51,6 +52,24 @@ TEST(Picture, shows_the_robot_and_the_motion) {
   EXPECT_NE(*read_file(still), *read_file(empty));
   EXPECT_NE(*read_file(still), *read_file(motion));
   for (const auto& path : {still, motion, empty}) fs::remove(path);
+}
+
+TEST(Picture, shows_a_held_object_where_the_hand_carries_it) {
+  // With or without the object where the motion begins and ends, the pictures differ there: a motion of the hand alone
+  // that is drawn with the object left behind would look the same whatever X_GO is.
+  const auto robot = testing::load_robot();
+  const auto request = testing::place_at(robot, {0, 0, 0});
+  ASSERT_TRUE(request.has_value());
+  scene::Scenario elsewhere = request->scenario;
+  elsewhere.held->position += Eigen::Vector3d(0, 0.05, 0);
+  MotionPictureOptions options;
+  options.picture.width = 96;
+  options.picture.height = 64;
+  const auto a = scratch("held.png"), b = scratch("elsewhere.png");
+  ASSERT_TRUE(render_motion_png(a, robot, request->scenario, request->q, options).ok());
+  ASSERT_TRUE(render_motion_png(b, robot, elsewhere, request->q, options).ok());
+  EXPECT_NE(*read_file(a), *read_file(b));
+  for (const auto& path : {a, b}) fs::remove(path);
 }
 
 TEST(Picture, shows_another_motions_path_dashed_and_in_another_colour) {

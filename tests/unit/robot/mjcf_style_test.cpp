@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 
+#include "core/files.h"
 #include "core/random.h"
+#include "robot/files_digest.h"
 #include "robot/mjcf.h"
 #include "robot/mjcf_features.h"
 #include "robot_text.h"
@@ -110,6 +113,40 @@ TEST(MjcfStyle, PosesAgreeWithMuJoCosReadingOfTheSameFiles) {
     const Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->site_xmat + 9 * site);
     EXPECT_LT((X_WG.linear() - R).norm(), 1e-12);
   }
+}
+
+TEST(FilesDigest, ChangesWithEveryFileOfTheModelAndWithNothingElse) {
+  const RobotFolder folder, copy;
+  write_model(folder, kJaws);
+  write_model(copy, kJaws);
+  const auto digest = [](const RobotFolder& of) {
+    auto found = files_digest(of.path("robot.yaml"), of.path("robot.xml"));
+    EXPECT_TRUE(found.ok()) << (found.ok() ? "" : found.error().message);
+    return found.ok() ? *found : std::string();
+  };
+  const std::string before = digest(folder);
+  EXPECT_FALSE(before.empty());
+  EXPECT_EQ(digest(copy), before) << "where the files lie does not matter";
+  std::set<std::string> seen = {before};
+  const std::map<std::string, std::pair<std::string, std::string>> changes = {
+      {"robot.yaml", {"max_torque: 40", "max_torque: 41"}},
+      {"robot.xml", {"pos=\"0 0 0.25\"", "pos=\"0 0 0.26\""}},
+      {"defaults.xml", {"armature=\"0.1\" damping", "armature=\"0.2\" damping"}},
+      {"hand.xml", {"size=\"0.03 0.1 0.03\"", "size=\"0.03 0.1 0.04\""}},
+      {"meshes/wedge.obj", {"v 0 0 .2", "v 0 0 .3"}}};
+  for (const auto& [file, change] : changes) {
+    std::string text = *read_file(folder.path(file));
+    const auto at = text.find(change.first);
+    ASSERT_NE(at, std::string::npos) << file;
+    folder.put(file, text.replace(at, change.first.size(), change.second));
+    EXPECT_TRUE(seen.insert(digest(folder)).second) << file;
+    write_model(folder, kJaws);
+    EXPECT_EQ(digest(folder), before) << file;
+  }
+  std::filesystem::remove(folder.path("meshes/wedge.obj"));
+  const auto missing = files_digest(folder.path("robot.yaml"), folder.path("robot.xml"));
+  ASSERT_FALSE(missing.ok());
+  EXPECT_NE(missing.error().message.find("wedge.obj"), std::string::npos) << missing.error().message;
 }
 
 TEST(MjcfStyle, CouplingsByJointsAndByTendonsAreSolvedForTheUnlistedJoint) {
