@@ -199,8 +199,10 @@ void add_references(ActionExamples& examples, const RuleKey& key, Replacements& 
   }
 }
 
-RuleKey initial_rule(const Scene& scene, int max_references) {
-  RuleKey key{.action = action_terms(scene), .variables = 0, .context = {}};
+namespace {
+
+/// The action's arguments and those changed objects that their literals single out.
+Binding nameable(const Scene& scene, int max_references) {
   Binding bound;
   for (const auto object : scene.action) {
     if (!is_bound(bound, object)) bound.push_back(object);
@@ -220,8 +222,24 @@ RuleKey initial_rule(const Scene& scene, int max_references) {
     if (next < 0) break;
     bound.push_back(next);
   }
-  key.variables = static_cast<int>(bound.size());
-  key.context = lifted_literals(scene, bound);
+  return bound;
+}
+
+}  // namespace
+
+RuleKey initial_rule(const Scene& scene, int max_references) {
+  const Binding bound = nameable(scene, max_references);
+  return canonical({action_terms(scene), static_cast<int>(bound.size()), lifted_literals(scene, bound)});
+}
+
+RuleKey changing_rule(const Scene& scene, int max_references) {
+  const Binding bound = nameable(scene, max_references);
+  RuleKey key{action_terms(scene), static_cast<int>(bound.size()), {}};
+  for (auto literal : scene.changes) {
+    if (!literal.negated || !lift(scene, bound, literal.atom)) continue;
+    literal.negated = false;
+    key.context.push_back(literal);
+  }
   return canonical(std::move(key));
 }
 
@@ -231,7 +249,7 @@ RuleKey trimmed(ActionExamples& examples, RuleKey key) {
     if (!fitted.usable()) return -std::numeric_limits<double>::infinity();
     double rest = 0;
     examples.default_rule(fitted.covered, &rest);
-    return fitted.score + rest - examples.settings().caution * static_cast<double>(candidate.context.size());
+    return fitted.score + rest;
   };
   double best = score(key);
   for (;;) {

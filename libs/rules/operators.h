@@ -15,6 +15,9 @@ using Replacements = std::set<std::vector<RuleKey>>;
 /// holds over the action's arguments, over those changed objects that the literals single out, and over constants.
 RuleKey initial_rule(const Scene& scene, int max_references);
 
+/// The most general start: of the same objects only the literals that the action makes false.
+RuleKey changing_rule(const Scene& scene, int max_references);
+
 /// ExplainExamples, second half: literals dropped one by one for as long as the score of {rule, default rule} grows.
 RuleKey trimmed(ActionExamples& examples, RuleKey key);
 

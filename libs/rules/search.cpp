@@ -12,6 +12,9 @@ constexpr double kImprovement = 1e-9;
 }  // namespace
 
 struct Search::Candidate : ScoredRules {
+  Bits covered;
+  std::int64_t noise = 0;  ///< changed examples that the default rule has
+
   /// By score; of equals the one that says more of what holds than of what does not; then in the order of rules, so
   /// that nothing depends on the order in which sets are found.
   bool better_than(const Candidate& other) const {
@@ -34,6 +37,7 @@ ScoredRules Search::climb(const std::vector<RuleKey>& from) {
   candidates_ = 0;
   for (std::size_t i = initial_.size(); i < examples_.scenes().size(); ++i) {
     initial_.push_back(initial_rule(examples_.scenes()[i], examples_.settings().max_references));
+    general_.push_back(changing_rule(examples_.scenes()[i], examples_.settings().max_references));
   }
   Candidate best = exchange({}, nullptr, {}).value();
   for (const auto& key : from) {
@@ -61,6 +65,7 @@ Search::Candidate Search::ascend(Candidate best) {
     examples_.limit_memory();
     auto better = best_neighbour(best, false);
     if (!better) better = best_neighbour(best, true);
+    if (!better && best.noise > 0) better = explained_beside(best);
     if (!better) break;
     best = std::move(*better);
   }
@@ -126,22 +131,14 @@ Search::Candidate Search::assess(std::vector<RuleKey> rules) {
   ++candidates_;
   Candidate candidate;
   candidate.rules = std::move(rules);
-  Bits covered(examples_.scenes().size());
-  distinct_.clear();
+  candidate.covered = Bits(examples_.scenes().size());
   for (const auto& key : candidate.rules) {
     const auto& fitted = examples_.fit(key);
-    covered |= fitted.covered;
-    candidate.score += fitted.score;
-    for (auto literal : key.context) {
-      literal.negated = false;
-      distinct_.push_back(literal);
-    }
+    candidate.covered |= fitted.covered;
+    candidate.score += fitted.score - examples_.settings().caution;
   }
-  std::sort(distinct_.begin(), distinct_.end());
-  const auto choices = std::unique(distinct_.begin(), distinct_.end()) - distinct_.begin();
-  candidate.score -= examples_.settings().caution * static_cast<double>(choices);
   double rest = 0;
-  examples_.default_rule(covered, &rest);
+  candidate.noise = examples_.default_rule(candidate.covered, &rest).noise_count;
   candidate.score += rest;
   return candidate;
 }
@@ -190,18 +187,19 @@ std::optional<Search::Candidate> Search::best_neighbour(const Candidate& from, b
 /// ExplainExamples for the examples that only the default rule covers. Examples that a rule found for others explains
 /// are passed over unless `thorough`: their own rules would most likely be the same.
 std::set<RuleKey> Search::explanations(const Candidate& from, bool thorough) {
-  Bits covered(examples_.scenes().size());
-  for (const auto& key : from.rules) covered |= examples_.fit(key).covered;
   // In an order that knows no example's number.
   std::map<RuleKey, std::vector<std::size_t>> initial;
   bool all_explained = true;
   for (std::size_t i = 0; i < initial_.size(); ++i) {
-    if (covered.test(i)) continue;
+    if (from.covered.test(i)) continue;
     initial[initial_[i]].push_back(i);
     all_explained = all_explained && examples_.unchanged().test(i);
   }
   std::set<RuleKey> found;
   if (all_explained) return found;  // the default rule is certain of them
+  for (std::size_t i = 0; i < general_.size(); ++i) {
+    if (!from.covered.test(i) && !examples_.unchanged().test(i)) found.insert(general_[i]);
+  }
   Bits explained = examples_.unchanged();
   for (const auto& [key, members] : initial) {
     if (exhausted()) break;
@@ -213,6 +211,34 @@ std::set<RuleKey> Search::explanations(const Candidate& from, bool thorough) {
     if (fitted.usable() && fitted.induced->noise_count == 0) explained |= fitted.covered;
   }
   return found;
+}
+
+/// ExplainExamples for the changed examples that only the default rule covers, each trimmed for what it adds to these
+/// rules: trimmed alone, a rule grows over examples that others have, and cannot join them.
+std::optional<Search::Candidate> Search::explained_beside(const Candidate& from) {
+  std::set<RuleKey> specific;
+  for (std::size_t i = 0; i < initial_.size(); ++i) {
+    if (!from.covered.test(i) && !examples_.unchanged().test(i)) specific.insert(initial_[i]);
+  }
+  std::optional<Candidate> best;
+  for (RuleKey key : specific) {
+    std::optional<Candidate> reached = exchange(from.rules, nullptr, {key});
+    for (bool shorter = true; shorter && reached && !exhausted();) {
+      shorter = false;
+      Replacements fewer;
+      drop(key, fewer);
+      for (const auto& candidate : fewer) {
+        auto next = exchange(from.rules, nullptr, candidate);
+        if (!next || !(next->score > reached->score + kImprovement)) continue;
+        reached = std::move(next);
+        key = candidate.front();
+        shorter = true;
+      }
+    }
+    if (!reached || !(reached->score > from.score + kImprovement)) continue;
+    if (!best || reached->better_than(*best)) best = std::move(reached);
+  }
+  return best;
 }
 
 const RuleKey& Search::trimmed_rule(const RuleKey& initial) {

@@ -38,15 +38,15 @@ class Search {
   std::optional<Candidate> exchange(const std::vector<RuleKey>& rules, const RuleKey* removed,
                                     const std::vector<RuleKey>& added);
   std::optional<Candidate> best_neighbour(const Candidate& from, bool thorough);
+  std::optional<Candidate> explained_beside(const Candidate& from);
   std::set<RuleKey> explanations(const Candidate& from, bool thorough);
   const RuleKey& trimmed_rule(const RuleKey& initial);
   const std::vector<std::vector<RuleKey>>& replacements_of(const RuleKey& key);
   bool exhausted() const { return candidates_ >= examples_.settings().max_candidates; }
 
   ActionExamples& examples_;
-  std::int64_t candidates_ = 0;          // looked at in this climb
-  std::vector<RuleKey> initial_;         // of each example
-  std::vector<LiftedLiteral> distinct_;  // scratch
+  std::int64_t candidates_ = 0;             // looked at in this climb
+  std::vector<RuleKey> initial_, general_;  // most specific and most general rule of each example
   struct Remembered {
     std::vector<std::vector<RuleKey>> rules;
     std::int64_t covered = -1;  // examples covered when they were found

@@ -2,7 +2,9 @@
 // rule_domains.h: total variation distance on held-out (state, action), mean over seeds; score against the true rules'
 // on every training file; CPU time, with distractors, one experience more, and memory at 100 000 experiences.
 //
-//   bench_rules [--json] [--seeds 5] [--first-seed 1] [--large]
+//   bench_rules [--json] [--seeds 5] [--first-seed 1] [--development] [--large]
+//
+// Choices in the learner are made on --development files only: 40 a point, from seeds of their own.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -52,13 +54,16 @@ RuleSet fitted_truth(const RuleSet& truth, const std::vector<Experience>& data) 
 struct Seeds {
   std::uint64_t first = 1;
   int count = 5;
+  std::uint64_t test = 1000;  ///< of the held-out states
 };
 
+constexpr Seeds kDevelopment{.first = 1001, .count = 40};
+
 Json measure(const std::string& name, const domains::Domain& domain, int n, const Seeds& seeds, int distractors = 0) {
-  auto test = domain.data(500, 1000, domains::Use::test);
-  domains::add_distractors(test, distractors, 1000);
+  auto test = domain.data(500, seeds.test, domains::Use::test);
+  domains::add_distractors(test, distractors, seeds.test);
   double seconds = 0, distance = 0, reference = 0, rules = 0, worst = 1e300;
-  int below = 0, exact = 0;
+  int below = 0, exact = 0, certain = 0;
   for (int s = 0; s < seeds.count; ++s) {
     const std::uint64_t seed = seeds.first + static_cast<std::uint64_t>(s);
     auto data = domain.data(n, seed);
@@ -69,6 +74,7 @@ Json measure(const std::string& name, const domains::Domain& domain, int n, cons
     const double d = generated::variational_distance(domain.truth, learned, test);
     distance += d;
     exact += d == 0;
+    certain += assess(learned, data, LearnerSettings{}.p_min).log_likelihood > -1e-9;
     reference += generated::variational_distance(domain.truth, fitted_truth(domain.truth, data), test);
     const double above = score(learned, data) - score(domain.truth, data);
     worst = std::min(worst, above);
@@ -84,6 +90,7 @@ Json measure(const std::string& name, const domains::Domain& domain, int n, cons
           {"distance", distance / k},
           {"distance_of_true_structure", reference / k},
           {"exact", exact},
+          {"certain_of_training", certain},
           {"least_score_above_truth", worst},
           {"files_below_truth", below},
           {"rules", rules / k}};
@@ -143,13 +150,15 @@ Json large() {
 
 int main(int argc, char** argv) {
   CLI::App app{"Benchmarks of the rule learner"};
-  bool json = false, with_large = false;
+  bool json = false, with_large = false, development = false;
   Seeds seeds;
   app.add_flag("--json", json, "one JSON object on one line; otherwise indented");
   app.add_option("--seeds", seeds.count, "training files a point")->capture_default_str();
   app.add_option("--first-seed", seeds.first, "seed of the first file")->capture_default_str();
+  app.add_flag("--development", development, "files on which choices are made, in place of --seeds and --first-seed");
   app.add_flag("--large", with_large, "100 000 experiences too (a minute)");
   CLI11_PARSE(app, argc, argv);
+  if (development) seeds = kDevelopment;
   Json results = Json::array();
   for (const int n : {50, 100, 200, 500, 1000}) {
     results.push_back(measure("grasp and place, noise-free", domains::grasp_place(1, 1), n, seeds));
@@ -158,6 +167,7 @@ int main(int argc, char** argv) {
     results.push_back(measure("trucks and drivers", domains::trucks(), n, seeds));
     results.push_back(measure("coins", domains::coins(), n, seeds));
   }
+  results.push_back(measure("slippery gripper", domains::gripper(), 200, seeds, 15));
   results.push_back(measure("slippery gripper", domains::gripper(), 1000, seeds, 15));
   results.push_back(one_more(seeds));
   if (with_large) results.push_back(large());

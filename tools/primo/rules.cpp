@@ -131,8 +131,7 @@ void add_learn(CLI::App& rules, int& exit) {
                    "objects that are the same in all experiences and that rules may name")
       ->delimiter(',');
   verb->add_flag("--invent", options->invent, "invent derived predicates where they make the rules score better");
-  verb->add_option("--caution", options->learner.caution,
-                   "what each different context literal must earn beyond alpha, nats")
+  verb->add_option("--caution", options->learner.caution, "what each rule must earn beyond its literals, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   verb->add_option("--max-references", options->learner.max_references, "deictic variables a rule")
