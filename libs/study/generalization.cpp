@@ -53,8 +53,8 @@ LevelRates rates_of(const Tried& tried) {
 
 class Generalization {
  public:
-  Generalization(const Part& part, std::string id, Trials& trials)
-      : part_(part), settings_(part.settings.generalization), id_(std::move(id)), trials_(trials) {}
+  Generalization(const robot::Robot& robot, const Part& part, std::string id, Trials& trials)
+      : robot_(robot), part_(part), settings_(part.settings.generalization), id_(std::move(id)), trials_(trials) {}
 
   Result<Level> run(std::size_t level, const motion::Primitive& before, const motion::Primitive& after);
 
@@ -64,6 +64,7 @@ class Generalization {
   Result<rules::RuleSet> learn(std::size_t level, const Tries& tries, const std::string& name);
   Status learn_tables(std::size_t level, const Tried& tried, LevelRates& rates, const std::string& which);
 
+  const robot::Robot& robot_;
   const Part& part_;
   const GeneralizationSettings& settings_;
   const std::string id_;
@@ -110,10 +111,11 @@ Result<Level> Generalization::run(std::size_t level, const motion::Primitive& be
   Level found;
   found.displacement = settings_.levels[level];
   PRIMO_ASSIGN(const Drawn drawn,
-               draw_displaced(part_.training, found.displacement, settings_.seed, level * kLevelStride,
+               draw_displaced(robot_, part_.training, found.displacement, settings_.seed, level * kLevelStride,
                               static_cast<std::size_t>(settings_.scenarios), "_held_out_"));
   found.rejected_touching = drawn.rejected_touching;
   found.rejected_falling = drawn.rejected_falling;
+  found.rejected_in_robot = drawn.rejected_in_robot;
   PRIMO_ASSIGN(const auto estimates, trials_.observe(drawn.scenarios));
   PRIMO_ASSIGN(const Tried old_tries, try_out(level, drawn.scenarios, estimates, before));
   PRIMO_ASSIGN(const Tried new_tries, try_out(level, drawn.scenarios, estimates, after));
@@ -135,24 +137,26 @@ Result<Level> Generalization::run(std::size_t level, const motion::Primitive& be
 
 }  // namespace
 
-Result<Drawn> draw_displaced(const std::vector<scene::Scenario>& bases, double d, std::uint64_t seed, std::size_t first,
-                             std::size_t count, const std::string& label) {
+Result<Drawn> draw_displaced(const robot::Robot& robot, const std::vector<scene::Scenario>& bases, double d,
+                             std::uint64_t seed, std::size_t first, std::size_t count, const std::string& label) {
   Drawn all;
   for (std::size_t i = first; i < first + count; ++i) {
     const auto& base = bases[i % bases.size()];
-    PRIMO_ASSIGN(auto drawn, scene::displace(base, d, seed, i));
+    PRIMO_ASSIGN(auto drawn, scene::displace(robot, base, d, seed, i));
     drawn.scenario.name = base.name + label + std::to_string(i);
     all.scenarios.push_back(std::move(drawn.scenario));
     all.rejected_touching += drawn.rejected_touching;
     all.rejected_falling += drawn.rejected_falling;
+    all.rejected_in_robot += drawn.rejected_in_robot;
   }
   return all;
 }
 
-Result<scene::Scenario> held_out_scenario(const Part& part, std::size_t level, std::size_t index) {
+Result<scene::Scenario> held_out_scenario(const robot::Robot& robot, const Part& part, std::size_t level,
+                                          std::size_t index) {
   const auto& settings = part.settings.generalization;
   PRIMO_CHECK(level < settings.levels.size(), "a level of the settings");
-  PRIMO_ASSIGN(auto drawn, draw_displaced(part.training, settings.levels[level], settings.seed,
+  PRIMO_ASSIGN(auto drawn, draw_displaced(robot, part.training, settings.levels[level], settings.seed,
                                           level * kLevelStride + index, 1, "_held_out_"));
   return std::move(drawn.scenarios.front());
 }
@@ -163,10 +167,10 @@ Rollout held_out_rollout(const Part& part, std::size_t level, std::size_t index,
   return {std::move(scenario), std::move(estimate), primitive, seed, mode, part.settings.judge};
 }
 
-Result<std::vector<Level>> generalize(const Part& part, const std::string& id, const motion::Primitive& before,
-                                      const motion::Primitive& after, Trials& trials) {
+Result<std::vector<Level>> generalize(const robot::Robot& robot, const Part& part, const std::string& id,
+                                      const motion::Primitive& before, const motion::Primitive& after, Trials& trials) {
   std::vector<Level> levels;
-  Generalization generalization(part, id, trials);
+  Generalization generalization(robot, part, id, trials);
   for (std::size_t level = 0; level < part.settings.generalization.levels.size(); ++level) {
     PRIMO_ASSIGN(auto found, generalization.run(level, before, after));
     levels.push_back(std::move(found));

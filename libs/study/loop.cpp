@@ -30,9 +30,13 @@ std::string padded(std::size_t i) {
 /// The loop of one part.
 class Loop {
  public:
-  Loop(const std::string& id, const Part& part, const fs::path& directory, Workers& workers, Journal& journal,
-       const OnProgress& on_progress)
-      : id_(id), part_(part), directory_(directory), trials_(workers, journal, on_progress, heading(id, part)) {}
+  Loop(const std::string& id, const robot::Robot& robot, const Part& part, const fs::path& directory, Workers& workers,
+       Journal& journal, const OnProgress& on_progress)
+      : id_(id),
+        robot_(robot),
+        part_(part),
+        directory_(directory),
+        trials_(workers, journal, on_progress, heading(id, part)) {}
 
   Result<PartResult> run();
 
@@ -57,6 +61,7 @@ class Loop {
   Status execute(Collection& collection);
 
   const std::string& id_;
+  const robot::Robot& robot_;
   const Part& part_;
   const fs::path& directory_;
   Trials trials_;
@@ -225,14 +230,14 @@ Status Loop::execute(Collection& collection) {
 
 Status Loop::observe() {
   const auto& settings = part_.settings.experience;
-  PRIMO_ASSIGN(auto drawn, draw_displaced(part_.training, settings.displacement, settings.seed, 0,
+  PRIMO_ASSIGN(auto drawn, draw_displaced(robot_, part_.training, settings.displacement, settings.seed, 0,
                                           static_cast<std::size_t>(settings.scenarios), "_displaced_"));
   displaced_ = std::move(drawn.scenarios);
   if (part_.settings.protocol == Protocol::robust) {
     const auto& pool = part_.settings.pool;
-    PRIMO_ASSIGN(pool_, draw_pool(part_.training, pool.scenarios, pool.displacement, pool.seed, "pool"));
+    PRIMO_ASSIGN(pool_, draw_pool(robot_, part_.training, pool.scenarios, pool.displacement, pool.seed, "pool"));
     PRIMO_ASSIGN(auto held_out,
-                 draw_pool(part_.training, pool.validation, pool.displacement, pool.validation_seed, "choice"));
+                 draw_pool(robot_, part_.training, pool.validation, pool.displacement, pool.validation_seed, "choice"));
     pool_.insert(pool_.end(), std::make_move_iterator(held_out.begin()), std::make_move_iterator(held_out.end()));
   }
   return trials_.stage("observe", [&]() -> Status {
@@ -282,7 +287,7 @@ Result<PartResult> Loop::run() {
   PRIMO_TRY(execute(result.collections.front()));
   PRIMO_TRY(execute(result.collections.back()));
   PRIMO_TRY(trials_.stage("generalize", [&]() -> Status {
-    PRIMO_ASSIGN(result.levels, generalize(part_, id_ + "/" + part_.name, result.collections.front().primitive,
+    PRIMO_ASSIGN(result.levels, generalize(robot_, part_, id_ + "/" + part_.name, result.collections.front().primitive,
                                            result.collections.back().primitive, trials_));
     return success();
   }));
@@ -295,11 +300,12 @@ Result<StudyResult> run_study(const Study& study, const fs::path& directory, Wor
                               const OnProgress& on_progress) {
   if (auto status = study.validate(); !status.ok()) return status.error().at("study " + study.name);
   PRIMO_TRY(adopt_directory(study, directory));
+  PRIMO_ASSIGN(const auto robot, robot::Robot::load(study.robot));
   PRIMO_ASSIGN(Journal journal, Journal::open(journal_file(directory)));
   StudyResult result;
   result.study = study.id();
   for (const auto& part : study.parts) {
-    auto done = Loop(result.study, part, directory, workers, journal, on_progress).run();
+    auto done = Loop(result.study, robot, part, directory, workers, journal, on_progress).run();
     if (!done) return study.parts.size() > 1 ? done.error().at("part " + part.name) : done.error();
     result.parts.push_back(std::move(*done));
   }

@@ -9,8 +9,9 @@
 
 namespace primo::study {
 
-Result<std::vector<scene::Scenario>> draw_pool(const std::vector<scene::Scenario>& training, int count,
-                                               double displacement, std::uint64_t seed, const std::string& label) {
+Result<std::vector<scene::Scenario>> draw_pool(const robot::Robot& robot, const std::vector<scene::Scenario>& training,
+                                               int count, double displacement, std::uint64_t seed,
+                                               const std::string& label) {
   PRIMO_CHECK(!training.empty(), "a pool needs training scenarios");
   const auto total = static_cast<std::size_t>(count), originals = training.size();
   std::vector<scene::Scenario> pool;
@@ -20,7 +21,7 @@ Result<std::vector<scene::Scenario>> draw_pool(const std::vector<scene::Scenario
       const auto index = static_cast<std::uint64_t>(pool.size());
       const double share =
           (static_cast<double>(j) + Random(seed, "pool", {index}).uniform()) / static_cast<double>(copies);
-      PRIMO_ASSIGN(auto copy, scene::displace(training[original], share * displacement, seed, index));
+      PRIMO_ASSIGN(auto copy, scene::displace(robot, training[original], share * displacement, seed, index));
       copy.scenario.name = training[original].name + "_" + label + "_" + std::to_string(index);
       pool.push_back(std::move(copy.scenario));
     }

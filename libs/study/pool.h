@@ -10,6 +10,7 @@
 
 #include "config/config.h"
 #include "core/result.h"
+#include "robot/robot.h"
 #include "scene/scenario.h"
 
 namespace primo::study {
@@ -52,9 +53,10 @@ struct PoolSettings {
 
 /// `count` copies of the training scenarios, in order of their original, then of their displacement: copy j of n of one
 /// original is displaced by at most (j + u)/n of `displacement` (m), u uniform in [0, 1). Names end in
-/// "_<label>_<index>". Errors: those of scene::displace().
-Result<std::vector<scene::Scenario>> draw_pool(const std::vector<scene::Scenario>& training, int count,
-                                               double displacement, std::uint64_t seed, const std::string& label);
+/// "_<label>_<index>". No object lies in the robot at its start. Errors: those of scene::displace().
+Result<std::vector<scene::Scenario>> draw_pool(const robot::Robot& robot, const std::vector<scene::Scenario>& training,
+                                               int count, double displacement, std::uint64_t seed,
+                                               const std::string& label);
 
 /// Which `drawn` of the first `pool` scenarios a generation is tried on, ascending: one from each of `drawn` equal
 /// parts of the pool, so that every draw spans the originals and the displacements. The same for all candidates of the

@@ -62,7 +62,8 @@ std::string paired(const PartMaterial& m) {
   std::vector<std::vector<std::string>> rejected;
   for (const auto& level : m.result->levels) {
     rejected.push_back({centimetres(level.displacement), std::to_string(level.strict.trials()),
-                        std::to_string(level.rejected_touching), std::to_string(level.rejected_falling)});
+                        std::to_string(level.rejected_touching), std::to_string(level.rejected_falling),
+                        std::to_string(level.rejected_in_robot)});
   }
   return html::table({"Displaced by ±", "Verdict", "Scenarios", "Both / P* alone / P alone / neither", "P* − P",
                       "McNemar p", "Found with power .8"},
@@ -71,7 +72,9 @@ std::string paired(const PartMaterial& m) {
          "Newcombe's; p: "
          "McNemar's exact test, two-sided; the last column is the smallest difference that so many scenarios would "
          "show in four of five studies.</p><h3>Scenarios drawn and refused</h3>" +
-         html::table({"Displaced by ±", "Kept", "Refused: objects touch", "Refused: an object falls off"}, rejected);
+         html::table({"Displaced by ±", "Kept", "Refused: objects touch", "Refused: an object falls off",
+                      "Refused: an object in the robot"},
+                     rejected);
 }
 
 std::string tables(const PartMaterial& m) {

@@ -141,7 +141,7 @@ Status Artist::draw_failures(const std::vector<Level>& levels, const motion::Pri
   for (const auto& [count, cause] : order) {
     const std::size_t level = worst.at(cause);
     const auto index = static_cast<std::size_t>(failures(level).at(cause).scenario);
-    PRIMO_ASSIGN(auto scenario, held_out_scenario(part_, level, index));
+    PRIMO_ASSIGN(auto scenario, held_out_scenario(workers_.robot(), part_, level, index));
     PRIMO_ASSIGN(auto seen, estimate(scenario));
     auto failed = motion(held_out_rollout(part_, level, index, std::move(scenario), std::move(seen), primitive,
                                           physics::Mode::final_pose));

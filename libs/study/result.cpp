@@ -132,6 +132,7 @@ Json to_json(const Level& level) {
   return {{"displacement", json::number(level.displacement)},
           {"rejected_touching", level.rejected_touching},
           {"rejected_falling", level.rejected_falling},
+          {"rejected_in_robot", level.rejected_in_robot},
           {"before", to_json(level.before)},
           {"after", to_json(level.after)},
           {"paired",
@@ -145,6 +146,7 @@ Level level_from(const Json& at) {
   json::get(at, "displacement", level.displacement);
   json::get(at, "rejected_touching", level.rejected_touching);
   json::get(at, "rejected_falling", level.rejected_falling);
+  json::get(at, "rejected_in_robot", level.rejected_in_robot);
   level.before = level_rates_from(json::field(at, "before"));
   level.after = level_rates_from(json::field(at, "after"));
   const Json& pairs = json::field(at, "paired");

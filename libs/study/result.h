@@ -60,8 +60,9 @@ struct LevelRates {
 
 /// P and P* on the same held-out scenarios.
 struct Level {
-  double displacement = 0;                          ///< m
-  int rejected_touching = 0, rejected_falling = 0;  ///< draws that were refused for the scenarios kept
+  double displacement = 0;  ///< m
+  int rejected_touching = 0, rejected_falling = 0,
+      rejected_in_robot = 0;  ///< draws that were refused for the scenarios kept
   LevelRates before, after;
   Paired final_pose, strict, executed;  ///< first: P, second: P*
 };

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <optional>
 #include <sstream>
 
 #include "core/files.h"
@@ -64,15 +65,18 @@ class LoopTest : public ::testing::Test {
     fs::remove_all(directory);
     fs::create_directories(directory);
     study.name = "test";
-    study.robot = "/nowhere/robot.yaml";
+    study.robot = std::string(PRIMO_SOURCE_DIR) + "/configs/robots/schunk_lwa3_sdh2.yaml";
     study.robot_digest = "0";
+    auto loaded = robot::Robot::load(study.robot);
+    ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+    robot.emplace(std::move(*loaded));
     study.parts.resize(1);
     Part& part = study.parts[0];
     part.name = "grasp";
     part.primitive = test::primitive(2).with_log_rho({1.9, 2.0});  // succeeds in some scenarios only
     for (int k = 0; k < 3; ++k) {
       part.training.push_back(test::scenario("s" + std::to_string(k), 0.75 + 0.05 * k));
-      part.training.back().robot_start = {0.0};
+      part.training.back().robot_start.assign(robot->home().begin(), robot->home().end());
     }
     part.settings.experience.scenarios = 30;
     part.settings.experience.displacement = 0.05;
@@ -84,6 +88,7 @@ class LoopTest : public ::testing::Test {
   std::string result_text(const std::string& name) const { return read_file(directory / name / "result.json").value(); }
 
   fs::path directory;
+  std::optional<robot::Robot> robot;
   Study study;
 };
 
@@ -256,8 +261,8 @@ TEST_F(LoopTest, compares_both_primitives_on_held_out_scenarios_of_every_level) 
   ASSERT_TRUE(back.ok()) << back.error().message;
   EXPECT_EQ(to_json(*back), text);
   // No held-out scenario is one of the training's or the experience's.
-  const auto held_out = held_out_scenario(study.parts[0], 1, 0);
-  const auto experience = draw_displaced(study.parts[0].training, 0.02, settings.experience.seed, 0, 1, "_");
+  const auto held_out = held_out_scenario(*robot, study.parts[0], 1, 0);
+  const auto experience = draw_displaced(*robot, study.parts[0].training, 0.02, settings.experience.seed, 0, 1, "_");
   ASSERT_TRUE(held_out.ok() && experience.ok());
   EXPECT_NE(held_out->objects[0].position, experience->scenarios[0].objects[0].position);
 }

@@ -18,11 +18,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const robot::Robot& robot() {
+  static const robot::Robot schunk =
+      robot::Robot::load(std::string(PRIMO_SOURCE_DIR) + "/configs/robots/schunk_lwa3_sdh2.yaml").value();
+  return schunk;
+}
+
 std::vector<scene::Scenario> originals(int count) {
   std::vector<scene::Scenario> all;
   for (int k = 0; k < count; ++k) {
     all.push_back(test::scenario("s" + std::to_string(k), 0.72 + 0.03 * k));
-    all.back().robot_start = {0.0};
   }
   return all;
 }
@@ -33,7 +38,7 @@ Eigen::Vector3d moved(const scene::Scenario& copy, const scene::Scenario& origin
 
 TEST(Pool, copies_each_original_by_amounts_spread_from_none_to_the_greatest) {
   const auto training = originals(3);
-  const auto pool = draw_pool(training, 62, 0.04, 7, "pool");
+  const auto pool = draw_pool(robot(), training, 62, 0.04, 7, "pool");
   ASSERT_TRUE(pool.ok()) << pool.error().message;
   ASSERT_EQ(pool->size(), 62u);
   std::set<std::string> names;
@@ -51,7 +56,8 @@ TEST(Pool, copies_each_original_by_amounts_spread_from_none_to_the_greatest) {
   }
   EXPECT_EQ(names.size(), 62u);
   EXPECT_EQ(cameras.size(), 62u) << "the cameras' noise differs too";
-  const auto again = draw_pool(training, 62, 0.04, 7, "pool"), other = draw_pool(training, 62, 0.04, 8, "pool");
+  const auto again = draw_pool(robot(), training, 62, 0.04, 7, "pool"),
+             other = draw_pool(robot(), training, 62, 0.04, 8, "pool");
   EXPECT_EQ(key_of((*again)[40]), key_of((*pool)[40]));
   EXPECT_NE(moved((*other)[40], training[1]), moved((*pool)[40], training[1]));
 }
@@ -118,8 +124,8 @@ class RobustOptimization : public ::testing::Test {
     fs::create_directories(directory);
     goal.study = "test-0";
     goal.primitive = test::primitive(2);
-    goal.scenarios = draw_pool(originals(3), 30, 0.02, 7, "pool").value();
-    const auto choice = draw_pool(originals(3), 12, 0.02, 8, "choice");
+    goal.scenarios = draw_pool(robot(), originals(3), 30, 0.02, 7, "pool").value();
+    const auto choice = draw_pool(robot(), originals(3), 12, 0.02, 8, "choice");
     goal.scenarios.insert(goal.scenarios.end(), choice->begin(), choice->end());
     for (const auto& s : goal.scenarios) goal.estimates.push_back(test::estimate(s));
     goal.drawn = 5;
