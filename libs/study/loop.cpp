@@ -257,7 +257,8 @@ Status Loop::improve(PartResult& result) {
     }
     OptimizeResult optimized;
     PRIMO_TRY(trials_.stage("optimize", [&]() -> Status {
-      PRIMO_ASSIGN(optimized, trials_.optimize(goal(before.primitive, desired)));
+      const bool other = round == 0 && part_.structure;
+      PRIMO_ASSIGN(optimized, trials_.optimize(goal(other ? *part_.structure : before.primitive, desired)));
       return success();
     }));
     PRIMO_ASSIGN(auto after, collect(optimized.primitive, desired));

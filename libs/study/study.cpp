@@ -128,6 +128,13 @@ Status Part::validate() const {
   PRIMO_TRY(check_name(name));
   PRIMO_TRY(settings.validate());
   if (auto status = primitive.validate(); !status.ok()) return status.error().at("primitive");
+  if (structure) {
+    if (auto status = structure->validate(); !status.ok()) return status.error().at("structure");
+    if (structure->action != primitive.action) {
+      return Error{Code::config, "'structure' is the primitive '" + structure->name + "' of the action '" +
+                                     structure->action + "', but 'primitive' is of '" + primitive.action + "'"};
+    }
+  }
   if (training.empty()) return Error{Code::config, "'training' is empty; at least one scenario is needed"};
   std::set<std::string> names;
   for (const auto& scenario : training) {

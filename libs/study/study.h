@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,8 @@ struct StudySettings {
 struct Part {
   std::string name;  ///< letters, digits, _ and -
   motion::Primitive primitive;
+  /// The primitive whose open entries the first round searches; none: P itself. P* then has its tasks, not P's.
+  std::optional<motion::Primitive> structure = {};
   std::vector<scene::Scenario> training;  ///< robot_start filled in
   StudySettings settings;
 
@@ -134,6 +137,7 @@ struct Part {
     v("name", name, {.required = true});
     settings.visit(v);
     v("primitive", primitive, {.required = true});
+    v("structure", structure, {});
     v("training", training, {.required = true});
   }
 };

@@ -16,13 +16,16 @@ constexpr int kDeepestInclude = 8;
 
 /// A part as it stands in a study file.
 struct PartFile {
-  std::string name, primitive;
+  std::string name, primitive, structure;
   std::vector<std::string> training;
   StudySettings settings;
   template <class V>
   void visit(V&& v) {
     v("name", name, {.help = "of the part; letters, digits, _ and -"});
     v("primitive", primitive, {.help = "file of the hand-tuned primitive P", .required = true});
+    v("structure", structure,
+      {.help =
+           "file of another primitive of the action, whose open entries are searched instead of P's; empty: P's own"});
     v("training", training, {.help = "files of the training scenarios", .required = true});
     settings.visit(v);
   }
@@ -79,7 +82,7 @@ YAML::Node with_paths(const YAML::Node& node, const fs::path& folder) {
   for (const auto& one : node) {
     const auto key = one.first.Scalar();
     YAML::Node value;
-    value.reset(key == "robot" || key == "primitive" ? path(one.second) : one.second);
+    value.reset(key == "robot" || key == "primitive" || key == "structure" ? path(one.second) : one.second);
     if (one.second.IsSequence() && (key == "training" || key == "parts")) {
       value.reset(YAML::Node(YAML::NodeType::Sequence));
       for (const auto& element : one.second)
@@ -181,6 +184,9 @@ Result<Part> read_part(const YAML::Node& node, const std::string& where, const r
   Part part;
   part.settings = file.settings;
   PRIMO_ASSIGN(part.primitive, motion::read_primitive(file.primitive));
+  if (!file.structure.empty()) {
+    PRIMO_ASSIGN(part.structure, motion::read_primitive(file.structure));
+  }
   PRIMO_ASSIGN(part.training, read_training(file.training, robot));
   part.name = file.name.empty() ? part.primitive.action : file.name;
   return part;
