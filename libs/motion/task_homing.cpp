@@ -4,8 +4,8 @@
 namespace primo::motion {
 namespace {
 
-/// φ(q) = q, rad: draws towards the target angles, zero by default. A row for each joint, or for those of the arm or the
-/// hand alone: a shape of the hand to come with.
+/// φ(q) = q, rad: draws towards the target angles, zero by default. A row for each joint, or for those of the arm or
+/// the hand alone: a shape of the hand to come with.
 class Homing final : public TaskVariable {
  public:
   explicit Homing(const TaskSetup& setup) {

@@ -214,6 +214,37 @@ TEST(Profiles, EarlyCountsUntilItsFractionOnly) {
   EXPECT_NEAR(standing_cost(task, q), 3 * 4 * q.squaredNorm(), 1e-9);
 }
 
+TEST(TaskValues, HomingOfHandOrArmIsOfTheirAnglesAlone) {
+  Task task;
+  task.variable = "homing";
+  task.profile = Profile::final;
+  task.rho = 2;
+  const Eigen::VectorXd q = random_q(4);
+  task.of = {{"joints", "arm"}};
+  EXPECT_NEAR(standing_cost(task, q), 2 * q.head(7).squaredNorm(), 1e-9);
+  task.of = {{"joints", "hand"}};
+  task.target = {0, -0.4, 0.4, -0.3, 0.3, -0.2, 0.2};
+  const Eigen::VectorXd off = q.tail(7) - Eigen::Map<const Eigen::VectorXd>(task.target.data(), 7);
+  EXPECT_NEAR(standing_cost(task, q), 2 * off.squaredNorm(), 1e-9);
+}
+
+TEST(TaskValues, HomingOfTheHandIsDifferentiatedByItsJointsOnly) {
+  PlanningScene empty = scene();
+  const TaskVariableEntry* entry = find_task_variable("homing").value();
+  const auto variable = entry->create({schunk(), empty, {}, {{"joints", "hand"}}}).value();
+  ASSERT_EQ(variable->size(), 7);
+  EXPECT_FALSE(variable->is_identity()) << "or the solver would take q itself for φ";
+  const Eigen::VectorXd q = random_q(5), still = Eigen::VectorXd::Zero(14);
+  const auto kinematics = schunk().forward(q);
+  Eigen::VectorXd phi(7);
+  Jacobian J = Jacobian::Constant(7, 14, 9);
+  variable->evaluate({q, kinematics, 1, still, 0.1}, phi, &J);
+  EXPECT_EQ(phi, q.tail(7));
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(7, 14);
+  for (int i = 0; i < 7; ++i) expected(i, 7 + i) = 1;
+  EXPECT_EQ(Eigen::MatrixXd(J), expected);
+}
+
 TEST(Profiles, ATargetFromTheStartComesLinearly) {
   // Homing to 0 from q: y*_t = (1 − t/T) q, so that standing still is off by t/T q.
   Task task;

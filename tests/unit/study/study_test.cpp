@@ -194,6 +194,20 @@ TEST_F(StudyTest, differences_are_told_key_by_key_with_both_values) {
   EXPECT_TRUE(has("parts[1].name", "(nothing)", "b"));
 }
 
+TEST_F(StudyTest, may_search_the_entries_of_another_primitive_of_the_same_action) {
+  EXPECT_FALSE(load("")->parts[0].structure);
+  const auto study = load("structure: " + (kSource / "configs/primitives/grasp_robust.yaml").string() + "\n");
+  ASSERT_TRUE(study.ok()) << study.error().message;
+  ASSERT_TRUE(study->parts[0].structure);
+  EXPECT_EQ(study->parts[0].structure->name, "grasp_robust");
+  EXPECT_EQ(study->parts[0].primitive.name, "grasp_hand_tuned") << "P itself stays what it is";
+  ASSERT_TRUE(adopt_directory(*study, directory / "home").ok());
+  EXPECT_EQ(config::dump(read_study(directory / "home").value()), config::dump(*study));
+  EXPECT_NE(study->id(), load("")->id());
+  expect_refused("structure: " + (kSource / "configs/primitives/place_reference.yaml").string() + "\n", "structure");
+  expect_refused("structure: nowhere.yaml\n", "nowhere.yaml");
+}
+
 TEST_F(StudyTest, says_which_file_is_missing) {
   text.replace(text.find("example.yaml"), 12, "nowhere.yaml");
   const auto study = load("");
