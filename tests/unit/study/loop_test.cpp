@@ -201,24 +201,6 @@ TEST_F(LoopTest, tells_the_optimizer_everything_in_the_goal) {
   EXPECT_NE(workers.batches[0], workers.batches[1]);
 }
 
-TEST_F(LoopTest, a_structure_is_what_the_first_round_searches) {
-  SyntheticWorkers workers;
-  study.parts[0].structure = test::primitive(3);
-  study.parts[0].structure->name = "structure";
-  study.parts[0].settings.rounds = 2;
-  const auto result = run_study(study, directory / "run", workers);
-  ASSERT_TRUE(result.ok()) << result.error().message;
-  ASSERT_FALSE(workers.goals.empty());
-  EXPECT_EQ(workers.goals[0].primitive.name, "structure");
-  EXPECT_EQ(workers.goals[0].primitive.tasks.size(), 3u);
-  const auto& collections = result->parts[0].collections;
-  EXPECT_EQ(collections[0].primitive.name, study.parts[0].primitive.name);
-  EXPECT_EQ(collections[1].primitive.tasks.size(), 3u);
-  if (workers.goals.size() > 1) {
-    EXPECT_EQ(workers.goals[1].primitive.name, collections[1].primitive.name) << "later rounds begin with P*";
-  }
-}
-
 TEST_F(LoopTest, robust_protocol_gives_the_optimizer_a_pool_and_scenarios_held_out) {
   SyntheticWorkers workers;
   study.parts[0].settings.protocol = Protocol::robust;
