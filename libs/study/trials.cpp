@@ -9,7 +9,7 @@ namespace primo::study {
 namespace {
 
 /// How many scenes are asked for at once: so much work at most is done again after a kill.
-constexpr std::size_t kObserveBatch = 8;
+constexpr std::size_t kObserveBatch = 32;
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
