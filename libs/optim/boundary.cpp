@@ -7,6 +7,7 @@ namespace primo::optim {
 namespace {
 
 constexpr double kLargest = 1e300;
+constexpr double kDecay = 0.7;  // a generation
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -28,17 +29,19 @@ void BoundaryPenalty::adapt(const std::vector<double>& costs, const Eigen::Vecto
   while (spreads_.size() > keep) spreads_.pop_front();
 
   const Eigen::VectorXd outside = (mean - repaired(mean)).cwiseAbs();
-  if (outside.maxCoeff() == 0) return;
+  if (spreads_.empty() || (!active_ && outside.maxCoeff() == 0)) return;
+  const double scale = median({spreads_.begin(), spreads_.end()});
+  const double fresh = std::min(2 * scale / (sigma * sigma * c_diagonal.mean()), kLargest);
   if (!active_) {
-    if (spreads_.empty()) return;
-    const double scale = median({spreads_.begin(), spreads_.end()});
-    weights_.setConstant(std::min(2 * scale / (sigma * sigma * c_diagonal.mean()), kLargest));
+    weights_.setConstant(fresh);
     active_ = true;
   }
   const double growth = std::pow(1.1, std::max(1.0, mu_eff / (10 * n)));
   for (Eigen::Index i = 0; i < mean.size(); ++i) {
     if (outside[i] > 3 * sigma * std::sqrt(c_diagonal[i]) * std::max(1.0, std::sqrt(n) / mu_eff)) {
       weights_[i] = std::min(weights_[i] * growth, kLargest);
+    } else if (weights_[i] > fresh) {
+      weights_[i] *= kDecay;  // one from when costs differed by more would hide what they differ by now
     }
   }
 }

@@ -1,6 +1,7 @@
 // The adaptive penalty of solutions outside a box whose evaluation was that of the nearest solution inside: Hansen,
 // Niederberger, Guzzella and Koumoutsakos, A Method for Handling Uncertainty in Evolutionary Optimization, IEEE TEC 13
-// (2009), section IV-B. Coordinates are those of the unit box, costs are minimised.
+// (2009), section IV-B; weights above what a new one would begin with decay (decision 0510). Coordinates are those of
+// the unit box, costs are minimised.
 #pragma once
 
 #include <Eigen/Core>

@@ -292,6 +292,20 @@ TEST(BoundaryPenalty, is_zero_inside_and_grows_with_the_distance_outside) {
   EXPECT_NEAR(penalty(far, diagonal), 800 * 0.09 / 2, 1e-9);
 }
 
+TEST(BoundaryPenalty, falls_to_that_of_a_new_weight_when_costs_differ_less) {
+  BoundaryPenalty penalty(2);
+  const Eigen::VectorXd diagonal = Eigen::VectorXd::Ones(2);
+  const Eigen::Vector2d near(0.5, 1.1);
+  penalty.adapt({0, 1, 2, 3, 4, 5, 6, 7}, near, 0.1, diagonal, 3);
+  const double before = penalty(near, diagonal);
+  for (int generation = 0; generation < 100; ++generation) {
+    penalty.adapt({0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3}, near, 0.1, diagonal, 3);
+  }
+  // Not below the new weight 2·0.004/0.1² but for the last step of the decay.
+  EXPECT_LE(penalty(near, diagonal), before * 1e-3 * (1 + 1e-9));
+  EXPECT_GE(penalty(near, diagonal), before * 1e-3 * 0.5);
+}
+
 TEST(Cma, finds_a_small_region_of_success_when_the_fitness_has_two_values) {
   // Success within 0.25 of the centre, else failure: half of the candidates tell nothing.
   int found = 0;
