@@ -20,7 +20,8 @@ double ProgressPublisher::rate(const study::Progress& progress, Clock::time_poin
 
 Status ProgressPublisher::publish(const study::Progress& progress) {
   const auto now = Clock::now();
-  const std::string stage = progress.part + " " + std::to_string(progress.round) + " " + progress.stage + " " + progress.algorithm;
+  const std::string stage =
+      progress.part + " " + std::to_string(progress.round) + " " + progress.stage + " " + progress.algorithm;
   const bool same = stage == stage_;
   // A stage may come again, e.g. with other scenarios.
   if (!same || (!points_.empty() && progress.done < points_.back().done)) points_.clear();

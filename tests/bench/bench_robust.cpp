@@ -202,8 +202,10 @@ motion::Primitive optimized(const Options& options, study::LocalWorkers& workers
   std::filesystem::create_directories(directory);
   goal.directory = directory.string();
   goal.primitive = primitive;
-  goal.scenarios = must(study::draw_pool(workers.robot(), training, options.pool, options.displacement, options.seed + 100, "pool"));
-  auto held_out = must(study::draw_pool(workers.robot(), training, options.choice, options.displacement, options.seed + 200, "choice"));
+  goal.scenarios =
+      must(study::draw_pool(workers.robot(), training, options.pool, options.displacement, options.seed + 100, "pool"));
+  auto held_out = must(
+      study::draw_pool(workers.robot(), training, options.choice, options.displacement, options.seed + 200, "choice"));
   goal.scenarios.insert(goal.scenarios.end(), held_out.begin(), held_out.end());
   goal.estimates = must(workers.observe(goal.scenarios));
   goal.drawn = options.drawn > 0 ? options.drawn : static_cast<int>(training.size());
