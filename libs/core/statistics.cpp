@@ -88,9 +88,10 @@ double Paired::detectable(double power) const {
   // With no discordant case at all, the share that could just have gone unseen.
   const double share = discordant > 0 ? discordant : Rate{0, trials()}.upper();
   const double z = normal_quantile(power);
-  double low = 0, high = share;
+  double low = 0, high = 1;
   const auto found = [&](double d) {
-    return d * std::sqrt(n) >= Rate::kZ95 * std::sqrt(share) + z * std::sqrt(std::max(0.0, share - d * d));
+    const double apart = std::max(share, d);  // a difference d needs as many discordant cases at least
+    return d * std::sqrt(n) >= Rate::kZ95 * std::sqrt(apart) + z * std::sqrt(std::max(0.0, apart - d * d));
   };
   if (!found(high)) return 1;
   for (int i = 0; i < 60; ++i) {

@@ -16,7 +16,7 @@ std::string format(const char* pattern, auto... values) {
 }
 
 std::string text_of(const StageState& state, double seconds) {
-  std::string text = format("%-14s", state.part.c_str()) + format("%-11s", state.stage.c_str());
+  std::string text = format("%-18s ", state.part.c_str()) + format("%-11s", state.stage.c_str());
   text += format("%-22s", state.subject.c_str());
   text += format("%5d/%-5d", state.done, state.total);
   text += format("%7.1f/s", state.rate);
