@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 
 /// A transaction costs a sync of the disk; answers that arrive within this time share one. It delays answers, and
 /// changes none.
-constexpr auto kFlushAfter = std::chrono::milliseconds(50);
+constexpr auto kFlushAfter = std::chrono::milliseconds(250);
 constexpr std::size_t kFlushCount = 64;
 
 }  // namespace

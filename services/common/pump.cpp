@@ -4,7 +4,8 @@
 
 namespace primo::graph {
 namespace {
-constexpr std::chrono::milliseconds kTick{50};  // how soon a stop is noticed
+constexpr std::chrono::milliseconds kTick{50};       // how soon a stop is noticed
+constexpr std::chrono::milliseconds kLongTick{200};  // the same, where what is waited for takes seconds
 
 Error stopped() { return {Code::unavailable, "told to stop before the work was done"}; }
 }  // namespace
@@ -53,7 +54,7 @@ Status pump(bus::Mailbox& mailbox, const Waiting& waiting, std::size_t n, const 
 Status run_until(bus::Mailbox& mailbox, const Waiting& waiting, const std::function<bool()>& done) {
   while (!done()) {
     if (waiting.stopping()) return stopped();
-    mailbox.run(kTick);
+    mailbox.run(kLongTick);
   }
   return success();
 }
