@@ -179,8 +179,7 @@ Recording replay(const robot::Robot& robot, const Eigen::MatrixXd& q, double dt,
     const double s = at - static_cast<double>(t);
     Recording::Frame frame{k * interval, ((1 - s) * q.row(t) + s * q.row(next)).transpose(), objects};
     if (scenario.held) {
-      for (int j = robot.arm_joints(); j < robot.joints(); ++j)
-        frame.q[j] = scenario.robot_start[static_cast<std::size_t>(j)];
+      frame.q = scene::with_held_fingers(scenario, robot, std::move(frame.q));
       const auto held = std::find_if(scenario.objects.begin(), scenario.objects.end(),
                                      [&](const auto& object) { return scenario.holds(object.name); });
       frame.X_WO[static_cast<std::size_t>(held - scenario.objects.begin())] =

@@ -25,15 +25,6 @@ Status write_png(const std::filesystem::path& path, const Result<Image>& image) 
   return write_file(path, bytes);
 }
 
-/// Fingers that hold something stay as they are at the start.
-Eigen::VectorXd fingers_held(const robot::Robot& robot, const scene::Scenario& scenario, Eigen::VectorXd q) {
-  for (int j = robot.arm_joints(); j < robot.joints(); ++j) {
-    if (static_cast<std::size_t>(j) < scenario.robot_start.size())
-      q[j] = scenario.robot_start[static_cast<std::size_t>(j)];
-  }
-  return q;
-}
-
 /// Poses the robot and what it holds.
 void pose_all(Canvas& canvas, const robot::Robot& robot, const scene::Scenario& scenario, const Eigen::VectorXd& q) {
   canvas.pose_robot(q);
@@ -42,7 +33,7 @@ void pose_all(Canvas& canvas, const robot::Robot& robot, const scene::Scenario& 
 
 Eigen::VectorXd shown(const robot::Robot& robot, const scene::Scenario& scenario, const Eigen::VectorXd& q,
                       bool close_hand) {
-  if (scenario.held) return fingers_held(robot, scenario, q);
+  if (scenario.held) return scene::with_held_fingers(scenario, robot, q);
   const scene::Object* object = scenario.action.size() > 1 ? scenario.object(scenario.action[1]) : nullptr;
   return close_hand && object ? close_onto(robot, q, object->shape(), object->X_WO()) : q;
 }
@@ -107,7 +98,7 @@ Status render_motion_png(const std::filesystem::path& path, const robot::Robot& 
   canvas->draw_all();
   for (int part = 0; part < 2 && last > 0; ++part) {
     Eigen::VectorXd at = q.row(last * part / 2).transpose();
-    if (scenario.held) at = fingers_held(robot, scenario, at);
+    if (scenario.held) at = scene::with_held_fingers(scenario, robot, std::move(at));
     pose_all(*canvas, robot, scenario, at);
     canvas->draw_ghost(at, 0.3F, scenario.held ? scenario.held->object : std::string());
   }

@@ -61,6 +61,14 @@ Pose held_pose(const Scenario& scenario, const robot::Robot& robot) {
   return held_pose(scenario, robot, start_of(scenario));
 }
 
+Eigen::VectorXd with_held_fingers(const Scenario& scenario, const robot::Robot& robot, Eigen::VectorXd q) {
+  for (int j = robot.arm_joints(); j < robot.joints(); ++j) {
+    if (static_cast<std::size_t>(j) < scenario.robot_start.size())
+      q[j] = scenario.robot_start[static_cast<std::size_t>(j)];
+  }
+  return q;
+}
+
 Status check_held(const Scenario& scenario, const robot::Robot& robot) {
   if (!scenario.held) return success();
   const Object& object = *scenario.object(scenario.held->object);

@@ -13,6 +13,10 @@ Pose held_pose(const Scenario& scenario, const robot::Robot& robot);
 /// The same where the robot is at q. @pre something is held
 Pose held_pose(const Scenario& scenario, const robot::Robot& robot, const Eigen::VectorXd& q);
 
+/// q with the fingers as at robot_start: those that hold something stay as they are. Where robot_start does not say,
+/// q's.
+Eigen::VectorXd with_held_fingers(const Scenario& scenario, const robot::Robot& robot, Eigen::VectorXd q);
+
 inline constexpr double kHeldGap = 0.005;    ///< m, at most this far from two parts of the hand that oppose each other
 inline constexpr double kHeldDepth = 0.006;  ///< m, and no deeper in any part
 

@@ -24,7 +24,7 @@ std::string figure(const std::string& url, const std::string& caption);
 /// A section with its title.
 std::string section(const std::string& title, const std::string& content);
 
-/// "83 %" with "5 of 6, 95 % 44–97 %" below; a dash without trials.
+/// "83 %" with "5 of 6, 95 %: 44–97 %" below; a dash without trials.
 std::string rate_cell(const Rate& rate);
 
 /// A table from its head and rows; cells are HTML. The first column is a row's head.

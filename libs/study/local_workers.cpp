@@ -73,7 +73,10 @@ LocalWorkers::LocalWorkers(robot::Robot robot, LocalOptions options)
     : robot_(std::move(robot)), judge_(robot_), options_(std::move(options)) {}
 
 Result<RolloutResult> LocalWorkers::roll_out(const Rollout& rollout) const {
-  const motion::Plan plan = motion::plan(robot_, plan_request(rollout));
+  return judge(rollout, motion::plan(robot_, plan_request(rollout)));
+}
+
+Result<RolloutResult> LocalWorkers::judge(const Rollout& rollout, const motion::Plan& plan) const {
   if (!has_trajectory(plan)) return rollout_without_plan(plan);
   auto verdict = judge_.evaluate(judge_request(rollout, plan));
   if (!verdict) return verdict.error().at("judge, scenario " + rollout.scenario.name);

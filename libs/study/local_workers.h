@@ -25,6 +25,8 @@ class LocalWorkers : public Workers {
                                                       LocalOptions options = {});
 
   Result<RolloutResult> roll_out(const Rollout& rollout) const;
+  /// The same with the plan of its request in hand.
+  Result<RolloutResult> judge(const Rollout& rollout, const motion::Plan& plan) const;
   const robot::Robot& robot() const { return robot_; }
 
   Status evaluate(std::span<const Rollout> rollouts,

@@ -31,16 +31,16 @@ Status draw_into(const Figure& figure, const fs::path& folder, std::vector<Drawi
 }
 
 /// Draws everything that a part's sections show.
-Status draw_part(const Study& study, Journal& journal, const fs::path& folder, PartMaterial& m) {
+Status draw_part(LocalWorkers& workers, Journal& journal, const fs::path& folder, PartMaterial& m) {
   const auto curves = learning_curves(m.part->name, m.evaluations);
   PRIMO_TRY(draw_into(curves.success, folder, m.curves));
   PRIMO_TRY(draw_into(curves.gamma, folder, m.curves));
   for (const auto& figure : generalization_figures(*m.result)) PRIMO_TRY(draw_into(figure, folder, m.generalization));
-  PRIMO_ASSIGN(m.pictures, draw_pictures(study, *m.part, *m.result, journal, folder));
+  PRIMO_ASSIGN(m.pictures, draw_pictures(workers, *m.part, *m.result, journal, folder));
   return success();
 }
 
-Result<Material> load(const fs::path& directory) {
+Result<Material> load(const fs::path& directory, Journal& journal) {
   Material m;
   m.directory = directory;
   PRIMO_ASSIGN(m.study, read_study(directory));
@@ -49,7 +49,6 @@ Result<Material> load(const fs::path& directory) {
   const std::string where = (directory / "result.json").string();
   if (m.result.parts.size() != m.study.parts.size())
     return Error{Code::data, where + ": is not of the study in study.yaml; the numbers of parts differ"};
-  PRIMO_ASSIGN(Journal journal, Journal::open_existing(journal_file(directory)));
   PRIMO_ASSIGN(const auto evaluations, journal.evaluations());
   PRIMO_ASSIGN(const auto finalists, journal.finalists());
   PRIMO_ASSIGN(const auto sensitivities, journal.sensitivities());
@@ -131,16 +130,17 @@ std::string page(const Material& m) {
 
 Result<fs::path> write_report(const fs::path& study_directory) {
   const fs::path directory = fs::absolute(study_directory).lexically_normal();
-  PRIMO_ASSIGN(Material m, load(directory));
+  PRIMO_ASSIGN(Journal journal, Journal::open_existing(journal_file(directory)));
+  PRIMO_ASSIGN(Material m, load(directory, journal));
   const fs::path folder = directory / "report";
   std::error_code failure;
   fs::create_directories(folder, failure);
   if (failure) return Error{Code::unavailable, folder.string() + ": cannot be created: " + failure.message()};
-  PRIMO_ASSIGN(Journal journal, Journal::open_existing(journal_file(directory)));
+  PRIMO_ASSIGN(const auto workers, LocalWorkers::create(m.study.robot));
   for (std::size_t i = 0; i < m.parts.size(); ++i) {
     m.parts[i].part = &m.study.parts[i];
     m.parts[i].result = &m.result.parts[i];
-    PRIMO_TRY(draw_part(m.study, journal, folder, m.parts[i]));
+    PRIMO_TRY(draw_part(*workers, journal, folder, m.parts[i]));
   }
   PRIMO_TRY(write_tables(m, folder));
   PRIMO_TRY(write_markdown(m, folder / "results.md"));

@@ -73,12 +73,9 @@ std::string searches(const PartMaterial& m) {
 }
 
 std::string rules_of(const PartMaterial& m) {
-  const auto& desired =
-      m.result->optimizations.empty() ? std::vector<symbols::Literal>() : m.result->optimizations.front().desired;
   const auto one = [&](const rules::RuleSet& rules, const char* what) {
-    const auto* rule = rule_of(rules, m.result->action);
-    return std::string(what) + "\n\n```\n" +
-           (rule != nullptr ? rules::to_text(desired_rule(*rule, desired)) : "no rule\n") + "```\n\n";
+    const auto rule = shown_rule(*m.result, rules);
+    return std::string(what) + "\n\n```\n" + (rule ? rules::to_text(*rule) : "no rule\n") + "```\n\n";
   };
   return one(m.before().rules, "The rule with P:") + one(m.after().rules, "and with P*:");
 }

@@ -274,11 +274,9 @@ std::string outcome_row(double p, const std::string& what, const Rate& rate) {
 std::string rule_box(const PartMaterial& m, const rules::RuleSet& rules, const char* side, const std::string& title,
                      const std::vector<Literal>& untested) {
   std::string out = std::string("<div class=\"rule ") + side + "\"><h3>" + title + "</h3>";
-  const rules::Rule* learned = rule_of(rules, m.result->action);
-  if (learned == nullptr) return out + "<p>No rule of this action was learned; only its default holds.</p></div>";
-  const auto& desired =
-      m.result->optimizations.empty() ? std::vector<Literal>() : m.result->optimizations.front().desired;
-  const rules::Rule rule = desired_rule(*learned, desired);
+  const auto shown = shown_rule(*m.result, rules);
+  if (!shown) return out + "<p>No rule of this action was learned; only its default holds.</p></div>";
+  const rules::Rule& rule = *shown;
   out.append("<div class=\"head\">")
       .append(escape(rule.action.text()))
       .append(": ")

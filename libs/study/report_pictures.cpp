@@ -10,7 +10,6 @@
 #include "study/causes.h"
 #include "study/codec.h"
 #include "study/generalization.h"
-#include "study/local_workers.h"
 #include "study/rollout.h"
 
 namespace primo::study {
@@ -66,7 +65,7 @@ Result<Motion> Artist::motion(Rollout rollout) {
   if (!has_trajectory(motion.plan)) {
     return Error{Code::failed, "no plan to draw in " + motion.rollout.scenario.name + ": " + motion.plan.reason};
   }
-  PRIMO_ASSIGN(motion.result, workers_.roll_out(motion.rollout));
+  PRIMO_ASSIGN(motion.result, workers_.judge(motion.rollout, motion.plan));
   return motion;
 }
 
@@ -96,22 +95,24 @@ Result<std::string> Artist::hand_picture(const Motion& motion, const std::string
 }
 
 Status Artist::draw_training(const motion::Primitive& before, const motion::Primitive& after, PartPictures& pictures) {
-  std::size_t shown = 0;
-  for (std::size_t k = 0; k < part_.training.size(); ++k) {
-    PRIMO_ASSIGN(const Motion old_motion, in_training(before, k));
-    PRIMO_ASSIGN(const Motion new_motion, in_training(after, k));
-    if (!old_motion.result.verdict.success && new_motion.result.verdict.success) {
-      shown = k;
-      break;
-    }
+  const auto differ = [](const Motion& p, const Motion& q) {
+    return !p.result.verdict.success && q.result.verdict.success;
+  };
+  PRIMO_ASSIGN(Motion old_motion, in_training(before, 0));
+  PRIMO_ASSIGN(Motion new_motion, in_training(after, 0));
+  for (std::size_t k = 1; k < part_.training.size() && !differ(old_motion, new_motion); ++k) {
+    PRIMO_ASSIGN(Motion old_here, in_training(before, k));
+    PRIMO_ASSIGN(Motion new_here, in_training(after, k));
+    if (!differ(old_here, new_here)) continue;
+    old_motion = std::move(old_here);
+    new_motion = std::move(new_here);
   }
-  PRIMO_ASSIGN(const Motion old_motion, in_training(before, shown));
-  PRIMO_ASSIGN(const Motion new_motion, in_training(after, shown));
-  pictures.scenario = part_.training[shown].name;
+  const scene::Scenario& scenario = old_motion.rollout.scenario;
+  pictures.scenario = scenario.name;
   pictures.verdict_before = old_motion.result.verdict.reason;
   pictures.verdict_after = new_motion.result.verdict.reason;
-  PRIMO_TRY(physics::render_png(file("scene"), &workers_.robot(), part_.training[shown],
-                                old_motion.plan.trajectory.q.row(0).transpose()));
+  PRIMO_TRY(
+      physics::render_png(file("scene"), &workers_.robot(), scenario, old_motion.plan.trajectory.q.row(0).transpose()));
   PRIMO_ASSIGN(pictures.scene, read_file(file("scene")));
   PRIMO_ASSIGN(pictures.motion_before, motion_picture(old_motion, "motion_before", true));
   PRIMO_ASSIGN(pictures.motion_after, motion_picture(new_motion, "motion_after", false));
@@ -162,11 +163,10 @@ Status Artist::draw_failures(const std::vector<Level>& levels, const motion::Pri
 
 }  // namespace
 
-Result<PartPictures> draw_pictures(const Study& study, const Part& part, const PartResult& result, Journal& journal,
+Result<PartPictures> draw_pictures(LocalWorkers& workers, const Part& part, const PartResult& result, Journal& journal,
                                    const fs::path& folder) {
-  PRIMO_ASSIGN(const auto workers, LocalWorkers::create(study.robot));
   const auto &before = result.collections.front().primitive, &after = result.collections.back().primitive;
-  Artist artist(part, *workers, journal, folder);
+  Artist artist(part, workers, journal, folder);
   PartPictures pictures;
   PRIMO_TRY(artist.draw_training(before, after, pictures));
   PRIMO_TRY(artist.draw_failures(result.levels, before, false, pictures));

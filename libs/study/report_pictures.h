@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "study/journal.h"
+#include "study/local_workers.h"
 #include "study/result.h"
 #include "study/study.h"
 
@@ -33,7 +34,7 @@ struct PartPictures {
 /// Plans again with P and with P* in the training scenario that shows the difference best: the first in which only P*
 /// succeeds, else the first; and in held-out scenarios with typical failures. Files are written to `folder` as well,
 /// their names begin with the part's.
-Result<PartPictures> draw_pictures(const Study& study, const Part& part, const PartResult& result, Journal& journal,
+Result<PartPictures> draw_pictures(LocalWorkers& workers, const Part& part, const PartResult& result, Journal& journal,
                                    const std::filesystem::path& folder);
 
 }  // namespace primo::study

@@ -76,12 +76,9 @@ std::string rates_tex(const PartMaterial& m) {
 
 /// The action's rules with P and with P* at each level that has some.
 std::string rules_tex(const PartMaterial& m) {
-  const auto& desired =
-      m.result->optimizations.empty() ? std::vector<symbols::Literal>() : m.result->optimizations.front().desired;
   std::string out;
   const auto one = [&](const rules::RuleSet& rules, const std::string& what) {
-    const auto* rule = rule_of(rules, m.result->action);
-    if (rule != nullptr) out += "% " + what + "\n" + rules::to_latex({{desired_rule(*rule, desired)}, {}, {}});
+    if (const auto rule = shown_rule(*m.result, rules)) out += "% " + what + "\n" + rules::to_latex({{*rule}, {}, {}});
   };
   for (const auto& level : m.result->levels) {
     if (!level.before.rules || !level.after.rules) continue;

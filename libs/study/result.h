@@ -99,6 +99,10 @@ bool rules_changed(const rules::RuleSet& before, const rules::RuleSet& after);
 /// Where none does, the most probable outcome that changes anything.
 rules::Rule desired_rule(const rules::Rule& rule, const std::vector<symbols::Literal>& desired);
 
+/// desired_rule() of the action's rule in a set, for the outcome that the part's first optimization was for; none where
+/// the set has no rule of the action.
+std::optional<rules::Rule> shown_rule(const PartResult& part, const rules::RuleSet& rules);
+
 /// The literals of a rule with its variables renamed: the action's arguments to X, Y, …, deictic ones to what follows.
 std::vector<symbols::Literal> canonical(const std::vector<symbols::Literal>& literals, const symbols::Literal& action);
 

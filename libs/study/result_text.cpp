@@ -28,10 +28,9 @@ std::string print(const char* format, A... values) {
 }
 
 std::string rule_text(const PartResult& result, const Collection& collection) {
-  const rules::Rule* rule = rule_of(collection.rules, result.action);
-  if (rule == nullptr) return "no rule of '" + result.action + "' was learned; only its default holds\n";
-  const auto& desired = result.optimizations.empty() ? std::vector<Literal>() : result.optimizations.front().desired;
-  std::string text = rules::to_text(desired_rule(*rule, desired));
+  const auto rule = shown_rule(result, collection.rules);
+  if (!rule) return "no rule of '" + result.action + "' was learned; only its default holds\n";
+  std::string text = rules::to_text(*rule);
   if (!collection.untested_context.empty()) {
     text += "  (held in every experience, so untested: " + joined(collection.untested_context) + ")\n";
   }
@@ -134,6 +133,12 @@ rules::Rule desired_rule(const rules::Rule& rule, const std::vector<Literal>& de
   if (only.outcomes.empty()) return rules::project_to_desired(rule);
   only.examples = rule.trials();  // what the other outcomes explained is noise now
   return rules::project_to_desired(only);
+}
+
+std::optional<rules::Rule> shown_rule(const PartResult& part, const rules::RuleSet& rules) {
+  const rules::Rule* rule = rule_of(rules, part.action);
+  if (rule == nullptr) return std::nullopt;
+  return desired_rule(*rule, part.optimizations.empty() ? std::vector<Literal>() : part.optimizations.front().desired);
 }
 
 std::string summary(const StudyResult& result) {

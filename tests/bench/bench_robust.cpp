@@ -16,7 +16,7 @@
 #include "bench/measure.h"
 #include "core/files.h"
 #include "core/random.h"
-#include "scene/generator.h"
+#include "study/generalization.h"
 #include "study/local_workers.h"
 #include "study/loop.h"
 #include "study/pool.h"
@@ -101,7 +101,6 @@ struct Level {
   Rate executed, strict, final_pose, strict_executed;
   std::map<std::string, int> causes, outcomes, strict_fails;
   std::vector<double> target_error, obstacle_error, position_error, clearance;
-  int rejected = 0;
 };
 
 void measure_estimate(const study::Rollout& rollout, Level& level) {
@@ -136,13 +135,9 @@ Json json_of(const Level& level) {
 Level measure(const Options& options, study::LocalWorkers& workers, const std::vector<scene::Scenario>& training,
               const motion::Primitive& primitive, double displacement, std::size_t number) {
   Level level;
-  std::vector<scene::Scenario> scenes;
-  for (int i = 0; i < options.count; ++i) {
-    const auto& base = training[static_cast<std::size_t>(i) % training.size()];
-    auto drawn = must(scene::displace(base, displacement, options.seed + number, static_cast<std::uint64_t>(i)));
-    level.rejected += drawn.rejected();
-    scenes.push_back(std::move(drawn.scenario));
-  }
+  const auto drawn = must(study::draw_displaced(workers.robot(), training, displacement, options.seed + number, 0,
+                                                static_cast<std::size_t>(options.count), "_development_"));
+  const auto& scenes = drawn.scenarios;
   auto estimates = must(workers.observe(scenes));
   std::vector<study::Rollout> rollouts;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
