@@ -68,6 +68,8 @@ class Optimizer {
   virtual double sigma() const { return 0; }      ///< overall step, fraction of the box's width; 0 where there is none
   virtual double condition() const { return 1; }  ///< of the distribution's covariance
   virtual int restarts() const { return 0; }      ///< after stagnation, so far
+  /// Whether nothing but the best sample so far matters to it, so that of any other the rank is not needed.
+  virtual bool keeps_only_best() const { return false; }
   virtual bool stagnated() const { return false; }  ///< whether that is why it is done
   virtual const OptimizerSettings& settings() const = 0;
   virtual const Bounds& bounds() const = 0;

@@ -12,6 +12,9 @@
 namespace primo::optim {
 
 class Sampling : public Generational {
+ public:
+  bool keeps_only_best() const final { return true; }
+
  protected:
   Sampling(const OptimizerSettings& settings, const Bounds& bounds)
       : Generational(settings, bounds),

@@ -91,6 +91,27 @@ Result<std::vector<Score>> Candidates::evaluate(const std::vector<motion::Primit
   return means(std::move(sums));
 }
 
+Result<std::vector<Score>> Candidates::contest(const std::vector<motion::Primitive>& primitives,
+                                               const std::vector<std::size_t>& scenarios, const SeedOf& seed,
+                                               double to_beat) {
+  const double most = best_signal(settings_.signal, settings_.fitness), all = static_cast<double>(scenarios.size());
+  std::vector<Score> sums(primitives.size());
+  std::vector<std::size_t> open(primitives.size());
+  std::iota(open.begin(), open.end(), std::size_t{0});
+  for (std::size_t k = 0; k < scenarios.size() && !open.empty(); ++k) {
+    std::vector<Trial> trials;
+    for (const std::size_t p : open) trials.push_back({p, scenarios[k], seed(p, scenarios[k])});
+    PRIMO_TRY(add(primitives, trials, sums));
+    const double left = all - static_cast<double>(k + 1);
+    std::erase_if(open, [&](std::size_t p) {
+      const bool lost = left > 0 && sums[p].gamma + left * most < to_beat * all;
+      if (lost) sums[p].whole = false;
+      return lost;
+    });
+  }
+  return means(std::move(sums));
+}
+
 Result<std::vector<Score>> Candidates::race(const std::vector<motion::Primitive>& primitives,
                                             const std::vector<std::size_t>& scenarios, const SeedOf& seed,
                                             std::size_t first, std::size_t sure) {

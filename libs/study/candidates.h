@@ -41,6 +41,12 @@ class Candidates {
                                   const std::vector<std::size_t>& scenarios, const SeedOf& seed, std::size_t first,
                                   std::size_t sure = 0);
 
+  /// The same with one seed, for who wants the best sample only: a scenario at a time, and no further with a primitive
+  /// whose γ is below `to_beat` even if all that is left succeeds as well as can be. Its score is of what was rolled
+  /// out, and below `to_beat`.
+  Result<std::vector<Score>> contest(const std::vector<motion::Primitive>& primitives,
+                                     const std::vector<std::size_t>& scenarios, const SeedOf& seed, double to_beat);
+
   std::int64_t rollouts() const { return rollouts_; }  ///< asked for so far
 
  private:

@@ -117,6 +117,12 @@ double signal(const RolloutResult& result, bool success, Signal kind, const Fitn
   return trajectory_fitness(result, success && kind == Signal::mixed, settings);
 }
 
+double best_signal(Signal kind, const FitnessSettings& settings) {
+  if (kind == Signal::binary) return 1;
+  return (kind == Signal::mixed ? settings.success : 0) + settings.score + settings.clearance +
+         settings.target_clearance + settings.limits;
+}
+
 double worst_fitness(const FitnessSettings& settings, int max_iterations) {
   return -settings.path_length * settings.path_length_cap - settings.iterations * max_iterations -
          settings.speed * settings.speed_range;

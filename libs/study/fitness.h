@@ -87,6 +87,9 @@ double trajectory_fitness(const RolloutResult& result, bool success, const Fitne
 /// What γ is the mean of. binary: 1 or 0; graded: trajectory_fitness() as if nothing succeeded.
 double signal(const RolloutResult& result, bool success, Signal kind, const FitnessSettings& settings);
 
+/// The upper bound of signal().
+double best_signal(Signal kind, const FitnessSettings& settings);
+
 /// The lower bound of trajectory_fitness().
 double worst_fitness(const FitnessSettings& settings, int max_iterations);
 

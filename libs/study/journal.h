@@ -38,7 +38,7 @@ struct EvaluationRecord {
   double gamma = 0;
   int successes = 0;      ///< of the K training scenarios
   int final_pose = 0;     ///< scenarios whose final pose alone passes
-  int scenarios = 0;      ///< K
+  int scenarios = 0;      ///< K; fewer where it was given up or dropped
   std::vector<double> x;  ///< log10 ρ
 };
 

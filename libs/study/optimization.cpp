@@ -58,6 +58,8 @@ class Optimization {
  private:
   Result<Run> start(const std::string& algorithm, int restart) const;
   Status search(Run& run);
+  Result<std::vector<Score>> scores_of(const Run& run, const std::vector<motion::Primitive>& primitives, int generation,
+                                       std::size_t incumbent);
   Result<bool> may_stop(const Run& run, int generation);
   Status record(const Run& run, const std::vector<optim::Candidate>& candidates, const std::vector<Score>& scores);
   void report(const Run& run, const std::vector<Score>& scores, bool finished) const;
@@ -237,6 +239,17 @@ void Optimization::learn(Run& run, const std::vector<optim::Candidate>& candidat
   run.mean_course.push_back(sum / static_cast<double>(scores.size()));
 }
 
+/// The primitives of a generation, the incumbent first where it is evaluated anew. Where only the best sample counts
+/// and all generations meet the same scenarios, no more is rolled out than decides whether a candidate is it.
+Result<std::vector<Score>> Optimization::scores_of(const Run& run, const std::vector<motion::Primitive>& primitives,
+                                                   int generation, std::size_t incumbent) {
+  const auto scenarios = scenarios_of(generation);
+  const bool contest = settings_.give_up && run.optimizer->keeps_only_best() && run.best.evaluations > 0 &&
+                       !settings_.reevaluate_incumbent && settings_.racing.rounds.empty() && !resampled();
+  if (contest) return candidates_.contest(primitives, scenarios, seeds_of(generation), run.best.gamma());
+  return candidates_.race(primitives, scenarios, seeds_of(generation), static_cast<std::size_t>(generation), incumbent);
+}
+
 Status Optimization::search(Run& run) {
   bool stop = false;
   while (!stop && !over(run)) {
@@ -247,8 +260,7 @@ Status Optimization::search(Run& run) {
     const std::size_t incumbent = settings_.reevaluate_incumbent && !run.best.x.empty() ? 1 : 0;
     if (incumbent > 0) primitives.push_back(goal_.primitive.with_entries(run.best.x));
     for (const auto& candidate : candidates) primitives.push_back(goal_.primitive.with_entries(candidate.x));
-    PRIMO_ASSIGN(auto scores, candidates_.race(primitives, scenarios_of(generation), seeds_of(generation),
-                                               static_cast<std::size_t>(generation), incumbent));
+    PRIMO_ASSIGN(auto scores, scores_of(run, primitives, generation, incumbent));
     if (incumbent > 0) {
       run.best.gamma_sum += scores.front().gamma;
       ++run.best.evaluations;

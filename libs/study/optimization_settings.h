@@ -68,6 +68,7 @@ struct OptimizationSettings {
   bool reevaluate_incumbent = false;
   Recommendation recommendation = Recommendation::validated;
   Racing racing;
+  bool give_up = true;
   EarlyStop early_stop;
   int validation = 3;
   double sensitivity = 0.05;
@@ -82,6 +83,9 @@ struct OptimizationSettings {
       {.help = "the best sample is evaluated anew in each generation, on the budget, and its mean γ counts"});
     v("recommendation", recommendation, {.help = "what may become P*"});
     v("racing", racing, {});
+    v("give_up", give_up,
+      {.help = "where only the best sample counts (monte_carlo, sobol), one that can no longer become it is not rolled "
+               "out in the remaining scenarios; the result is the same"});
     v("early_stop", early_stop, {});
     v("validation", validation, {.help = "fresh jiggle seeds a scenario for the final choice", .min = 1, .max = 1000});
     v("sensitivity", sensitivity,

@@ -10,11 +10,12 @@ namespace primo::study {
 namespace {
 
 /// The scene itself, then its displaced copies.
-Result<std::vector<scene::Scenario>> variants(const SelectionSettings& settings, const scene::Scenario& scenario) {
+Result<std::vector<scene::Scenario>> variants(const SelectionSettings& settings, const robot::Robot& robot,
+                                              const scene::Scenario& scenario) {
   std::vector<scene::Scenario> all = {scenario};
   for (int i = 0; i < settings.displaced; ++i) {
     PRIMO_ASSIGN(auto displaced,
-                 scene::displace(scenario, settings.displacement, settings.seed, static_cast<std::uint64_t>(i)));
+                 scene::displace(robot, scenario, settings.displacement, settings.seed, static_cast<std::uint64_t>(i)));
     all.push_back(std::move(displaced.scenario));
   }
   return all;
@@ -51,8 +52,8 @@ Result<Tried> attempt(const std::vector<Rollout>& rollouts, Evaluator& evaluator
 
 }  // namespace
 
-Result<std::vector<SelectedScenario>> select_difficult(const SelectionSettings& settings, const SceneSource& scene,
-                                                       const motion::Primitive& hand_tuned,
+Result<std::vector<SelectedScenario>> select_difficult(const SelectionSettings& settings, const robot::Robot& robot,
+                                                       const SceneSource& scene, const motion::Primitive& hand_tuned,
                                                        const motion::Primitive& reference, Workers& workers,
                                                        const std::function<void(const SelectedScenario&)>& on_tried) {
   std::vector<SelectedScenario> tried;
@@ -61,7 +62,7 @@ Result<std::vector<SelectedScenario>> select_difficult(const SelectionSettings& 
     SelectedScenario one;
     one.index = index;
     PRIMO_ASSIGN(one.scenario, scene(static_cast<std::uint64_t>(index)));
-    PRIMO_ASSIGN(const auto scenarios, variants(settings, one.scenario));
+    PRIMO_ASSIGN(const auto scenarios, variants(settings, robot, one.scenario));
     PRIMO_ASSIGN(const auto estimates, workers.observe(scenarios));
     PRIMO_ASSIGN(const auto by_hand, attempt(rollouts(settings, scenarios, estimates, hand_tuned), workers));
     one.hand_tuned = by_hand.rate;

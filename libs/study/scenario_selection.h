@@ -35,10 +35,11 @@ struct SelectedScenario {
 using SceneSource = std::function<Result<scene::Scenario>(std::uint64_t index)>;
 
 /// Tries the random scenes of the source in order and takes the first `count` that are difficult and feasible. Returns
-/// all that were tried, in order. Error (failed): the pool holds too few, with the counts.
+/// all that were tried, in order. In no displaced copy does an object lie in the robot. Error (failed): the pool holds
+/// too few, with the counts.
 Result<std::vector<SelectedScenario>> select_difficult(
-    const SelectionSettings& settings, const SceneSource& scene, const motion::Primitive& hand_tuned,
-    const motion::Primitive& reference, Workers& workers,
+    const SelectionSettings& settings, const robot::Robot& robot, const SceneSource& scene,
+    const motion::Primitive& hand_tuned, const motion::Primitive& reference, Workers& workers,
     const std::function<void(const SelectedScenario&)>& on_tried = {});
 
 }  // namespace primo::study

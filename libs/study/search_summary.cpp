@@ -7,10 +7,9 @@ namespace primo::study {
 namespace {
 
 /// Evaluations until some candidate succeeded in at least so many scenarios; 0: none did.
-int evaluations_until(const std::vector<EvaluationRecord>& restart, int missing) {
+int evaluations_until(const std::vector<EvaluationRecord>& restart, int successes) {
   for (std::size_t i = 0; i < restart.size(); ++i) {
-    if (restart[i].scenarios > 0 && restart[i].successes >= restart[i].scenarios - missing)
-      return static_cast<int>(i) + 1;
+    if (restart[i].scenarios > 0 && restart[i].successes >= successes) return static_cast<int>(i) + 1;
   }
   return 0;
 }
@@ -41,7 +40,8 @@ std::vector<SearchSummary> summarize_searches(const std::vector<EvaluationRecord
     for (const auto& [number, restart] : restarts) {
       ++summary.restarts;
       summary.scenarios = std::max(summary.scenarios, restart.course.front().scenarios);
-      const int all = evaluations_until(restart.course, 0), but_one = evaluations_until(restart.course, 1);
+      const int all = evaluations_until(restart.course, summary.scenarios);
+      const int but_one = evaluations_until(restart.course, summary.scenarios - 1);
       summary.everywhere.add(all > 0);
       summary.all_but_one_restarts.add(but_one > 0);
       summary.evaluations_mean += all;

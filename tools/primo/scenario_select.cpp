@@ -59,8 +59,9 @@ Status select(const Options& options) {
   study::LocalOptions local;
   local.stopping = interrupted;
   PRIMO_ASSIGN(auto workers, study::LocalWorkers::create(robot_file, std::move(local)));
-  PRIMO_ASSIGN(const auto tried, study::select_difficult(options.settings, source(options, workers->robot()),
-                                                         hand_tuned, reference, *workers, say));
+  PRIMO_ASSIGN(const auto tried,
+               study::select_difficult(options.settings, workers->robot(), source(options, workers->robot()),
+                                       hand_tuned, reference, *workers, say));
   int number = 0;
   for (auto one : tried) {
     if (!one.chosen) continue;

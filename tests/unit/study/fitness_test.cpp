@@ -13,6 +13,14 @@ namespace {
 
 using symbols::Literal;
 
+TEST(Fitness, is_greatest_where_nothing_is_lost) {
+  const auto perfect = test::perfect_grasp();
+  const FitnessSettings settings;
+  for (const Signal kind : {Signal::mixed, Signal::graded, Signal::binary}) {
+    EXPECT_DOUBLE_EQ(signal(perfect, true, kind, settings), best_signal(kind, settings));
+  }
+}
+
 TEST(Fitness, of_a_perfect_grasp_is_the_sum_of_the_positive_weights) {
   EXPECT_DOUBLE_EQ(trajectory_fitness(test::perfect_grasp(), true, {}), 0.5 + 0.5 + 0.25 + 0.25 + 0.1);
 }

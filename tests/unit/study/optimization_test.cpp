@@ -314,6 +314,41 @@ TEST_F(OptimizationTest, a_race_among_equals_drops_nobody_and_its_result_does_no
   EXPECT_EQ(encode(*optimize(goal, forward, one)), encode(*optimize(goal, backward, two)));
 }
 
+TEST_F(OptimizationTest, gives_up_only_what_cannot_become_the_best_sample) {
+  goal.primitive = test::primitive(1);
+  goal.algorithms = {"monte_carlo"};
+  goal.restarts = 2;
+  const auto course_of = [](const std::vector<EvaluationRecord>& evaluations) {
+    std::vector<std::pair<double, int>> best;  // γ and successes of the best so far
+    for (const auto& e : evaluations) {
+      const bool first = best.empty() || (e.generation == 0 && e.index == 0);
+      best.push_back(first || e.gamma > best.back().first ? std::pair{e.gamma, e.successes} : best.back());
+    }
+    return best;
+  };
+  const auto run = [&](bool give_up, int& rollouts) {
+    set([&](OptimizationSettings& s) { s.give_up = give_up; });
+    test::FunctionEvaluator evaluator(roll);
+    auto record = journal(give_up ? "given_up.db" : "all.db");
+    const auto result = optimize(goal, evaluator, record);
+    EXPECT_TRUE(result.ok());
+    rollouts = evaluator.calls;
+    return std::pair{encode(*result), course_of(*record.evaluations())};
+  };
+  int all = 0, fewer = 0;
+  EXPECT_EQ(run(false, all), run(true, fewer)) << "the same result, and the same best sample after each evaluation";
+  EXPECT_LT(fewer, all - 400) << "a quarter of the search at least";
+}
+
+TEST_F(OptimizationTest, gives_up_nothing_where_the_optimizer_learns_from_all) {
+  test::FunctionEvaluator evaluator(roll);
+  auto record = journal();
+  ASSERT_TRUE(optimize(goal, evaluator, record).ok());
+  const auto evaluations = record.evaluations();
+  ASSERT_TRUE(evaluations.ok());
+  for (const auto& e : *evaluations) EXPECT_EQ(e.scenarios, 4);
+}
+
 TEST_F(OptimizationTest, says_what_mattered_around_the_result) {
   // Only the first precision matters, and the last one is at its bound.
   test::FunctionEvaluator evaluator([](const Rollout& r) {
