@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;  // its keys are in alphabetical order
 
-constexpr const char* kFormat = "primo optimizer checkpoint, version 1";
+constexpr const char* kFormat = "primo optimizer checkpoint, version 2";
 constexpr std::size_t kLargestText = 256 << 20;
 constexpr int kDeepest = 4;
 

@@ -9,6 +9,7 @@
 #include "optim/algorithms.h"
 #include "optim/descent.h"
 #include "optim/generational.h"
+#include "optim/patience.h"
 #include "optim/restarts.h"
 
 namespace primo::optim {
@@ -21,7 +22,8 @@ class Cma final : public Generational {
   Cma(const OptimizerSettings& settings, const Bounds& bounds)
       : Generational(settings, bounds),
         restarts_(settings, settings.population > 0 ? settings.population : default_population(bounds.lower.size())),
-        descent_(start()) {
+        descent_(start()),
+        patience_(settings.patience, settings.least_rise) {
     begin();
   }
 
@@ -87,6 +89,7 @@ class Cma final : public Generational {
     const auto [low, high] = std::minmax_element(costs.begin(), costs.end());
     worst_ = std::max(worst_, *high);
     spent_ += size();
+    patience_.add(costs);
     if (*low < *high) {
       descent_.update(draws(), costs);
     } else {
@@ -94,7 +97,7 @@ class Cma final : public Generational {
       const bool on_top = -*low == best_fitness() && worst_ > *low;
       descent_.pass_flat(costs, on_top ? descent_.sigma : settings().sigma);
     }
-    if (descent_.stagnated() || spent_ >= restarts_.plan().limit) {
+    if (descent_.stagnated() || patience_.over() || spent_ >= restarts_.plan().limit) {
       keep_if_better();
       ended_ = !restarts_.next(spent_);
       if (!ended_) start_again();
@@ -108,6 +111,7 @@ class Cma final : public Generational {
     ++starts_;
     spent_ = 0;
     descent_ = start();
+    patience_.reset();
   }
 
   int wanted() const override { return restarts_.plan().population; }
@@ -124,6 +128,7 @@ class Cma final : public Generational {
   void save(State& state) const override {
     restarts_.save(state);
     descent_.save(state);
+    patience_.save(state);
     state["cma"] = {static_cast<double>(starts_), static_cast<double>(spent_), ended_ ? 1.0 : 0.0};
     state["worst_cost"] = std::isfinite(worst_) ? std::vector<double>{worst_} : std::vector<double>{};
     state["kept_mean"] = flat(kept_mean_);
@@ -134,6 +139,7 @@ class Cma final : public Generational {
     PRIMO_TRY(restarts_.load(state));
     descent_ = start();
     PRIMO_TRY(descent_.load(state));
+    PRIMO_TRY(patience_.load(state));
     PRIMO_ASSIGN(const auto counts, state.numbers("cma", 3));
     PRIMO_ASSIGN(const auto worst, state.numbers("worst_cost"));
     PRIMO_ASSIGN(const auto kept, state.numbers("kept_mean"));
@@ -157,6 +163,7 @@ class Cma final : public Generational {
   bool ended_ = false;
   Restarts restarts_;
   Descent descent_;
+  Patience patience_;
   double worst_ = -std::numeric_limits<double>::infinity();  // cost
   VectorXd kept_mean_;                                       // of the best descent that ended; empty before the first
   double kept_merit_ = 0;

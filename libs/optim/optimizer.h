@@ -21,6 +21,8 @@ struct OptimizerSettings {
   std::uint64_t seed = 1;
   int restart = 0;                     ///< index of the restart: another random start from the same seed
   std::string on_stagnation = "ipop";  ///< what cma does then; see restarts.h
+  int patience = 0;                    ///< generations; see patience.h
+  double least_rise = 0.01;            ///< of the fitness; see patience.h
   template <class V>
   void visit(V&& v) {
     v("name", name, {.help = "the algorithm"});
@@ -34,6 +36,13 @@ struct OptimizerSettings {
       {.help = "of cma: begin elsewhere with twice the population (ipop), with large and small ones in turn (bipop), "
                "with the same (again), or end (stop)",
        .choices = {"ipop", "bipop", "again", "stop"}});
+    v("patience", patience,
+      {.help =
+           "of cma: generations without a rise of the best or the mean fitness after which a descent has stagnated; "
+           "0: by the criteria of a fitness without noise alone",
+       .min = 0,
+       .max = 1e6});
+    v("least_rise", least_rise, {.help = "what counts as a rise", .min = 0, .max = 1e6});
   }
 };
 

@@ -48,6 +48,8 @@ Status check(const Entry& entry, const OptimizerSettings& settings, const Bounds
   if (std::find(std::begin(kRules), std::end(kRules), settings.on_stagnation) == std::end(kRules)) {
     return config("on_stagnation is \"" + settings.on_stagnation + "\"; it must be ipop, bipop, again or stop");
   }
+  if (settings.patience < 0 || !(settings.least_rise >= 0))
+    return config("patience and least_rise must not be negative");
   if (settings.restart < 0)
     return config("restart is " + std::to_string(settings.restart) + "; it must not be negative");
   const int population = settings.population > 0 ? settings.population : entry.population(bounds.lower.size());

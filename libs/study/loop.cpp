@@ -198,11 +198,7 @@ OptimizeGoal Loop::goal(const motion::Primitive& primitive, const std::vector<Li
     goal.estimates = training_estimates_;
   }
   goal.desired = desired;
-  goal.optimizer.name = search.algorithms.front();
-  goal.optimizer.evaluations = search.evaluations;
-  goal.optimizer.population = search.population;
-  goal.optimizer.sigma = search.sigma;
-  goal.optimizer.on_stagnation = search.on_stagnation;
+  goal.optimizer = search.of_optimizer();
   goal.algorithms = search.algorithms;
   goal.restarts = goal.round > 0 && search.later_restarts > 0 ? search.later_restarts : search.restarts;
   goal.judge = part_.settings.judge;

@@ -63,6 +63,8 @@ struct SearchSettings {
   int population = 0;
   double sigma = 0.3;
   std::string on_stagnation = "ipop";
+  int patience = 20;
+  double least_rise = 0.01;
   int restarts = 1;
   int later_restarts = 0;
   OptimizationSettings settings;
@@ -78,6 +80,13 @@ struct SearchSettings {
       {.help = "of cma: begin elsewhere with twice the population (ipop), with large and small ones in turn (bipop), "
                "with the same (again), or end (stop)",
        .choices = {"ipop", "bipop", "again", "stop"}});
+    v("patience", patience,
+      {.help =
+           "of cma: generations without a rise of the best or the mean γ after which a descent has stagnated; 0: by "
+           "the criteria of a fitness without noise alone",
+       .min = 0,
+       .max = 1e6});
+    v("least_rise", least_rise, {.help = "of γ, what counts as a rise", .min = 0, .max = 10});
     v("restarts", restarts, {.help = "random starts of each algorithm", .min = 1, .max = 10000});
     v("later_restarts", later_restarts,
       {.help =
@@ -86,6 +95,16 @@ struct SearchSettings {
        .min = 0,
        .max = 10000});
     settings.visit(v);
+  }
+  /// Those of one search with the first algorithm.
+  optim::OptimizerSettings of_optimizer() const {
+    return {.name = algorithms.front(),
+            .evaluations = evaluations,
+            .population = population,
+            .sigma = sigma,
+            .on_stagnation = on_stagnation,
+            .patience = patience,
+            .least_rise = least_rise};
   }
 };
 

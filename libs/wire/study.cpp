@@ -18,6 +18,8 @@ msg::OptimizerSettings to_wire(const optim::OptimizerSettings& settings) {
   out.seed(settings.seed);
   out.restart(settings.restart);
   out.on_stagnation(settings.on_stagnation);
+  out.patience(settings.patience);
+  out.least_rise(settings.least_rise);
   return out;
 }
 
@@ -30,6 +32,8 @@ Result<optim::OptimizerSettings> from_wire(const msg::OptimizerSettings& message
   out.seed = message.seed();
   out.restart = message.restart();
   out.on_stagnation = message.on_stagnation();
+  out.patience = message.patience();
+  out.least_rise = message.least_rise();
   PRIMO_TRY(check_fields("optimizer", out));
   return out;
 }

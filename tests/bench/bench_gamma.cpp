@@ -133,10 +133,7 @@ Result<Json> measure(const Options& options) {
   PRIMO_ASSIGN(goal.estimates, workers->observe(loaded.parts[0].training));
   goal.desired = {{"inhand", {"X"}}};
   const auto& search = loaded.parts[0].settings.optimizer;
-  goal.optimizer.evaluations = search.evaluations;
-  goal.optimizer.population = search.population;
-  goal.optimizer.sigma = search.sigma;
-  goal.optimizer.on_stagnation = search.on_stagnation;
+  goal.optimizer = search.of_optimizer();
   goal.judge = loaded.parts[0].settings.judge;
   auto settings = search.settings;
   settings.validation = 1;

@@ -118,6 +118,10 @@ void add_optimize(CLI::App& app, int& exit) {
   verb->add_option("--sigma", settings.sigma, "initial step, fraction of the box's width")->capture_default_str();
   verb->add_option("--on-stagnation", settings.on_stagnation, "ipop, bipop, again or stop (cma)")
       ->capture_default_str();
+  verb->add_option("--patience", settings.patience,
+                   "generations without a rise after which a descent has stagnated; 0: no such limit (cma)")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
   verb->add_option("--lower", options->lower, "bound of every coordinate; default: the problem's own");
   verb->add_option("--upper", options->upper, "bound of every coordinate; default: the problem's own");
   verb->add_option("--checkpoint", options->checkpoint,

@@ -9,6 +9,7 @@
 #include "optim/boundary.h"
 #include "optim/cma_parameters.h"
 #include "optim/descent.h"
+#include "optim/patience.h"
 #include "optim/restarts.h"
 
 namespace primo::optim {
@@ -277,6 +278,51 @@ TEST(Cma, finds_the_deepest_hollow_by_restarting_with_larger_populations) {
   EXPECT_TRUE(once->stagnated());
   EXPECT_NE(once->stop_reason().find("stagnated"), std::string::npos);
   EXPECT_LT(once->evaluations(), 60000);
+}
+
+TEST(Patience, ends_when_neither_the_best_nor_the_mean_has_risen_for_so_many_generations) {
+  Patience patience(3, 0.5);
+  const auto ended_after = [&](const std::vector<std::vector<double>>& generations) {
+    patience.reset();
+    std::size_t n = 0;
+    while (n < generations.size() && !patience.over()) patience.add(generations[n++]);
+    return patience.over() ? n : 0;
+  };
+  EXPECT_EQ(ended_after({{2, 4}, {2, 4}, {2, 4}, {2, 4}}), 4u) << "the first one is a rise from nothing";
+  EXPECT_EQ(ended_after({{2, 4}, {2, 4}, {2, 4}, {1.4, 4}, {2, 4}, {2, 4}}), 0u) << "the best rose in time";
+  EXPECT_EQ(ended_after({{2, 4}, {2, 4}, {2, 4}, {2, 2.9}, {2, 4}, {2, 4}}), 0u) << "the mean rose in time";
+  EXPECT_EQ(ended_after({{2, 4}, {1.6, 4}, {1.6, 4}, {1.6, 4}}), 4u) << "0.4 is no rise";
+  EXPECT_EQ(ended_after({{2, 4}, {1.6, 4}, {1.4, 4}, {1.6, 4}}), 0u) << "two small steps are one";
+}
+
+TEST(Patience, leaves_a_noisy_plateau_from_which_no_criterion_without_noise_would_go) {
+  // Only a corner of the box counts; elsewhere there is noise alone, which no two generations share.
+  int draw = 0;
+  const auto fitness = [&](const std::vector<double>& x) {
+    double far = 0;
+    for (const double v : x) far = std::max(far, 1 - v);
+    return far < 0.7 ? 1 - far : 0.001 * Random(7, "noise", {static_cast<std::uint64_t>(++draw)}).uniform();
+  };
+  int without = 0, with = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    for (const int generations : {0, 15}) {
+      const auto cma = make({.name = "cma",
+                             .evaluations = 1000,
+                             .population = 10,
+                             .sigma = 0.02,
+                             .seed = seed,
+                             .on_stagnation = "again",
+                             .patience = generations},
+                            box(3, 0, 1));
+      while (!cma->done()) {
+        const auto candidates = cma->ask();
+        for (const auto& c : candidates) ASSERT_TRUE(cma->tell(c.generation, c.index, fitness(c.x)).ok());
+      }
+      (generations > 0 ? with : without) += cma->best_fitness() > 0.9;
+    }
+  }
+  EXPECT_GE(with, without + 4);
+  EXPECT_GE(with, 17);
 }
 
 TEST(BoundaryPenalty, is_zero_inside_and_grows_with_the_distance_outside) {

@@ -284,6 +284,8 @@ class Draw {
     out.optimizer.seed = bits();
     out.optimizer.restart = integer(0, 10);
     out.optimizer.on_stagnation = std::vector<std::string>{"ipop", "bipop", "again", "stop"}[integer(0, 3)];
+    out.optimizer.patience = integer(0, 100);
+    out.optimizer.least_rise = real(0, 1);
     out.algorithms = words();
     out.restarts = integer(1, 10);
     out.judge = judge_settings();
