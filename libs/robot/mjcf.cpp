@@ -6,10 +6,12 @@
 #include <cstring>
 #include <mutex>
 #include <set>
+#include <string_view>
 
 #include "core/files.h"
 #include "robot/mesh_cover.h"
 #include "robot/mjcf_features.h"
+#include "robot/mjcf_refusal.h"
 
 namespace primo::robot {
 namespace {
@@ -124,6 +126,24 @@ std::string name_of(const mjModel& model, mjtObj type, int id) {
   return name;
 }
 
+namespace {
+
+/// Lights and cameras of the robot's own: they would change how the scene is lit, not what happens in it.
+void leave_out_look(tinyxml2::XMLElement& body) {
+  for (auto* child = body.FirstChildElement(); child;) {
+    auto* next = child->NextSiblingElement();
+    const std::string_view name = child->Name();
+    if (name == "light" || name == "camera") {
+      body.DeleteChild(child);
+    } else {
+      leave_out_look(*child);
+    }
+    child = next;
+  }
+}
+
+}  // namespace
+
 Result<std::string> read_mjcf(const std::filesystem::path& path) {
   Flattener flattener(path);
   tinyxml2::XMLDocument document;
@@ -132,8 +152,10 @@ Result<std::string> read_mjcf(const std::filesystem::path& path) {
   for (const char* name : kSetByPrimo) {
     while (auto* section = root.FirstChildElement(name)) root.DeleteChild(section);
   }
-  for (auto* world = root.FirstChildElement("worldbody"); world; world = world->NextSiblingElement("worldbody"))
+  for (auto* world = root.FirstChildElement("worldbody"); world; world = world->NextSiblingElement("worldbody")) {
+    leave_out_look(*world);
     flattener.name_all(*world);
+  }
   tinyxml2::XMLPrinter printer(nullptr, true);
   for (auto* part = root.FirstChildElement(); part; part = part->NextSiblingElement()) part->Accept(&printer);
   return std::string(printer.CStr());
@@ -162,8 +184,7 @@ Result<ModelPointer> compile_robot(const std::string& sections, const std::files
     std::array<char, 1000> message{};
     const ModelPointer again(mj_loadXML(path.c_str(), nullptr, message.data(), static_cast<int>(message.size())));
     if (again) return model.error();
-    return refuse(path.string(), std::string("not a model that MuJoCo ") + mj_versionString() +
-                                     " can read: " + message.data() + " (docs/robots.md says what it reads)");
+    return Error{Code::config, refusal(path, message.data())};
   }
   PRIMO_TRY(cover_meshes(**model, path.string()));
   return model;
