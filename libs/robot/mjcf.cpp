@@ -2,8 +2,11 @@
 
 #include <tinyxml2.h>
 
+#include <Eigen/Geometry>
 #include <array>
+#include <charconv>
 #include <cstring>
+#include <initializer_list>
 #include <mutex>
 #include <set>
 #include <string_view>
@@ -117,6 +120,17 @@ Status add_file(mjVFS* vfs, const std::string& name, const std::string& text) {
   return success();
 }
 
+/// Numbers as text that reads back to the same bits.
+std::string exact(std::initializer_list<double> values) {
+  std::string text;
+  std::array<char, 40> buffer{};
+  for (const double value : values) {
+    if (!text.empty()) text += ' ';
+    text.append(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string name_of(const mjModel& model, mjtObj type, int id) {
@@ -142,9 +156,30 @@ void leave_out_look(tinyxml2::XMLElement& body) {
   }
 }
 
+/// Puts what the world's sections hold into one body at X_WM.
+void stand_at(const Pose& X_WM, tinyxml2::XMLElement& root) {
+  tinyxml2::XMLElement* base = nullptr;
+  for (auto* world = root.FirstChildElement("worldbody"); world; world = world->NextSiblingElement("worldbody")) {
+    auto* part = world->FirstChild();
+    if (!base) {
+      base = world->InsertNewChildElement("body");
+      base->SetAttribute("name", "primo:base");
+      const Eigen::Vector3d p = X_WM.translation();
+      const Eigen::Quaterniond q(X_WM.linear());
+      base->SetAttribute("pos", exact({p.x(), p.y(), p.z()}).c_str());
+      base->SetAttribute("quat", exact({q.w(), q.x(), q.y(), q.z()}).c_str());
+    }
+    while (part) {
+      auto* next = part->NextSibling();
+      if (part != base) base->InsertEndChild(part);
+      part = next;
+    }
+  }
+}
+
 }  // namespace
 
-Result<std::string> read_mjcf(const std::filesystem::path& path) {
+Result<std::string> read_mjcf(const std::filesystem::path& path, const Pose& X_WM) {
   Flattener flattener(path);
   tinyxml2::XMLDocument document;
   PRIMO_TRY(flattener.read(path, document));
@@ -156,6 +191,7 @@ Result<std::string> read_mjcf(const std::filesystem::path& path) {
     leave_out_look(*world);
     flattener.name_all(*world);
   }
+  if (!X_WM.matrix().isIdentity(0)) stand_at(X_WM, root);
   tinyxml2::XMLPrinter printer(nullptr, true);
   for (auto* part = root.FirstChildElement(); part; part = part->NextSiblingElement()) part->Accept(&printer);
   return std::string(printer.CStr());

@@ -56,6 +56,48 @@ TEST(MjcfStyle, PosesAgreeWithMuJoCosReadingOfTheSameFiles) {
   }
 }
 
+TEST(MjcfStyle, TheRobotFileSaysWhereTheModelStands) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  // Two world sections, and something of the world's own.
+  std::string text = *read_file(folder.path("robot.xml"));
+  text.replace(text.find("<contact>"), 0,
+               "<worldbody><geom name=\"stand\" type=\"box\" size=\"0.1 0.1 0.2\"/></worldbody>");
+  folder.put("robot.xml", text);
+  const auto here = folder.load();
+  ASSERT_TRUE(here.ok()) << here.error().message;
+  folder.put("robot.yaml",
+             *read_file(folder.path("robot.yaml")) + "base: {position: [0.25, -0.1, 0.67], rpy: [0.1, 0.2, 0.5]}\n");
+  const auto there = folder.load();
+  ASSERT_TRUE(there.ok()) << there.error().message;
+  const Pose X_WM = primo::pose(Eigen::Vector3d(0.25, -0.1, 0.67), Eigen::Vector3d(0.1, 0.2, 0.5));
+  Eigen::VectorXd q(4);
+  q << 0.3, -0.4, 0.5, 0.02;
+  const Kinematics before = here->forward(q), after = there->forward(q);
+  const auto same = [&](const Pose& X_before, const Pose& X_after) {
+    return (X_after.matrix() - (X_WM * X_before).matrix()).norm() < 1e-12;
+  };
+  EXPECT_TRUE(same(here->pose(before, here->grasp_frame()), there->pose(after, there->grasp_frame())));
+  ASSERT_EQ(here->link_shapes().size(), there->link_shapes().size());
+  for (std::size_t i = 0; i < here->link_shapes().size(); ++i) {
+    const LinkShape &a = here->link_shapes()[i], &b = there->link_shapes()[i];
+    EXPECT_TRUE(same(here->pose(before, a), there->pose(after, b))) << a.name << ", " << b.name;
+  }
+  // And so for MuJoCo, which the physics gets the same text from.
+  const auto model = compile_robot(there->mjcf(), there->mjcf_path());
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model->get()), &mj_deleteData);
+  std::copy_n(q.data(), 4, data->qpos);
+  data->qpos[4] = q[3];
+  mj_kinematics(model->get(), data.get());
+  const int palm = mj_name2id(model->get(), mjOBJ_BODY, "hand");
+  ASSERT_GE(palm, 0);
+  EXPECT_LT((before.X_WB[static_cast<std::size_t>(here->body("hand"))].translation() -
+             X_WM.inverse() * Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * palm))
+                .norm(),
+            1e-12);
+}
+
 TEST(FilesDigest, ChangesWithEveryFileOfTheModelAndWithNothingElse) {
   const RobotFolder folder, copy;
   write_model(folder, kJaws);
