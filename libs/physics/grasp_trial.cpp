@@ -1,6 +1,7 @@
 #include "physics/grasp_trial.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -10,7 +11,48 @@ namespace {
 constexpr double kGravity = 9.81;
 constexpr double kRampSeconds = 0.1;     // gravity comes on after the release
 constexpr double kSettleSeconds = 0.05;  // before the shaking
+constexpr double kMostPush = 0.02;       // m by which coupled fingers may push the object into their middle
 constexpr double kContactWindow = 0.05;  // s at the end in which contact counts: a shaken contact flickers
+
+/// Whether a joint that closes moves more than one finger: those meet in their middle, wherever the object is.
+bool coupled_fingers(const robot::Robot& robot) {
+  const std::vector<int> finger = finger_of_body(robot);
+  std::vector<int> mover(static_cast<std::size_t>(robot.joints()), -1);  // by joint of q: a finger that it moves
+  for (const auto& joint : robot.chain()) {
+    const int hand_joint = joint.index - robot.arm_joints(), moved = finger[static_cast<std::size_t>(joint.body)];
+    if (hand_joint < 0 || moved < 0 || robot.file().hand[static_cast<std::size_t>(hand_joint)].closing == 0) continue;
+    int& first = mover[static_cast<std::size_t>(joint.index)];
+    if (first >= 0 && first != moved) return true;
+    first = moved;
+  }
+  return false;
+}
+
+/// A pinned object that can be pushed, against a drag as that of a table, but neither turned nor thrown.
+class Drag {
+ public:
+  /// @pre `pin` holds the object of this free joint, and does so until the end of this.
+  Drag(mjModel* model, mjData* data, const Pin& pin, int joint) : model_(model), dof_(model->jnt_dofadr[joint]) {
+    constexpr mjtNum kDrag = 100;  // N·s/m: fingers of 10 … 60 N push at 0.1 … 0.6 m/s, and it coasts less than 2 mm
+    pin.release(model, data);
+    std::array<mjtNum, 3> inertia{}, armature{};
+    std::copy_n(model->dof_M0 + dof_, 3, inertia.begin());
+    std::copy_n(model->dof_armature + dof_, 3, armature.begin());
+    std::copy_n(model->dof_damping + dof_, 3, damping_.begin());
+    pin.hold(model, data);
+    std::copy_n(inertia.begin(), 3, model->dof_M0 + dof_);
+    std::copy_n(armature.begin(), 3, model->dof_armature + dof_);
+    std::fill_n(model->dof_damping + dof_, 3, kDrag);
+  }
+  ~Drag() { std::copy_n(damping_.begin(), 3, model_->dof_damping + dof_); }
+  Drag(const Drag&) = delete;
+  Drag& operator=(const Drag&) = delete;
+
+ private:
+  mjModel* model_;
+  int dof_;
+  std::array<mjtNum, 3> damping_{};
+};
 
 /// One trial's simulation: the stages share the clock, the checks and the shaker.
 class Trial {
@@ -53,6 +95,17 @@ class Trial {
     mj_forward(m_, d_);
     return true;
   }
+
+  /// Fingers that one drive couples meet in their middle, and an object that stands off it is pushed there by the first
+  /// finger that touches, which drags it over the table. False when the simulation diverged.
+  bool push_between() {
+    const Pose X_PO = object();
+    const Drag drag(m_, d_, w_.pin, w_.object_joint);
+    if (!close()) return false;
+    pushed_too_far_ = (object().translation() - X_PO.translation()).norm() > kMostPush;
+    return true;
+  }
+  bool pushed_too_far() const { return pushed_too_far_; }
 
   void release() {
     targets_ = w_.joints.frozen_targets(robot_, d_, held_);
@@ -127,7 +180,7 @@ class Trial {
   Eigen::Vector3d p_start_{0, 0, 0};
   double displacement_ = 0;
   int steps_ = 0, shaken_ = 0;
-  bool opposed_at_end_ = false;
+  bool opposed_at_end_ = false, pushed_too_far_ = false;
 };
 
 TrialResult diverged_result(const Trial& trial) {
@@ -209,15 +262,20 @@ TrialResult run_trial(const robot::Robot& robot, HandWorkspace& workspace, const
   const Pose X_PO = X_WP.inverse(Eigen::Isometry) * X_WO;
   trial.reset(q, X_PO);
   if (!trial.close()) return diverged_result(trial);
-  const Grip grip = trial.grip();
+  Grip grip = trial.grip();
+  if (grip.parts() > 0 && !grip.opposed() && coupled_fingers(robot)) {
+    if (!trial.push_between()) return diverged_result(trial);
+    grip = trial.grip();
+  }
   TrialResult result;
   if (grip.parts() == 0) {
     result.outcome = Outcome::no_contact;
     result.reason = "the closed fingers do not touch the object";
     result.score = miss_score(position_error);
-  } else if (!grip.opposed()) {
+  } else if (!grip.opposed() || trial.pushed_too_far()) {
     result.outcome = Outcome::not_opposed;
-    result.reason = grip.complaint();
+    result.reason =
+        grip.opposed() ? "the fingers push the object by more than 20 mm before both hold it" : grip.complaint();
     result.score = 0.25 + 0.05 * grip.parts();
   } else {
     result = shake_object(trial, settings);

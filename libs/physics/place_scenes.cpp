@@ -34,12 +34,13 @@ Pose nominal_grasp(const Eigen::Vector3d& centre, double heading, double pitch, 
 }
 
 /// The table scene with its target as the support c2, its other cylinders numbered from c3 and c1 added.
-scene::Scenario with_held_object(scene::Scenario scenario, const Eigen::Vector3d& position) {
+scene::Scenario with_held_object(scene::Scenario scenario, double radius, const Eigen::Vector3d& position) {
   for (auto& object : scenario.objects) {
     if (object.name[0] == 'c') object.name = "c" + std::to_string(std::stoi(object.name.substr(1)) + 1);
   }
   scene::Object held;
   held.name = "c1";
+  held.radius = radius;
   held.position = position;
   scenario.objects.insert(scenario.objects.begin(), held);
   scenario.held = scene::Held{"c1"};
@@ -169,7 +170,7 @@ Result<scene::Scenario> random_place_scenario(const robot::Robot& robot, const P
     position.z() = table_scene.table.top_centre.z() + lift + sample.height / 2;
     sample.position = position;
     if (!scene::centre_over_table(sample, table_scene.table)) continue;
-    scene::Scenario scenario = with_held_object(table_scene, position);
+    scene::Scenario scenario = with_held_object(table_scene, settings.scenes.radius, position);
     for (int k = 0; k < kGraspTries; ++k) {
       const Eigen::Vector3d to = position - shoulder;
       const double heading = std::atan2(to.y(), to.x()) + random.uniform(-settings.max_heading, settings.max_heading);

@@ -2,14 +2,19 @@
 
 #include <tinyxml2.h>
 
+#include <Eigen/Geometry>
 #include <array>
+#include <charconv>
 #include <cstring>
+#include <initializer_list>
 #include <mutex>
 #include <set>
+#include <string_view>
 
 #include "core/files.h"
 #include "robot/mesh_cover.h"
 #include "robot/mjcf_features.h"
+#include "robot/mjcf_refusal.h"
 
 namespace primo::robot {
 namespace {
@@ -115,6 +120,17 @@ Status add_file(mjVFS* vfs, const std::string& name, const std::string& text) {
   return success();
 }
 
+/// Numbers as text that reads back to the same bits.
+std::string exact(std::initializer_list<double> values) {
+  std::string text;
+  std::array<char, 40> buffer{};
+  for (const double value : values) {
+    if (!text.empty()) text += ' ';
+    text.append(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string name_of(const mjModel& model, mjtObj type, int id) {
@@ -124,7 +140,46 @@ std::string name_of(const mjModel& model, mjtObj type, int id) {
   return name;
 }
 
-Result<std::string> read_mjcf(const std::filesystem::path& path) {
+namespace {
+
+/// Lights and cameras of the robot's own: they would change how the scene is lit, not what happens in it.
+void leave_out_look(tinyxml2::XMLElement& body) {
+  for (auto* child = body.FirstChildElement(); child;) {
+    auto* next = child->NextSiblingElement();
+    const std::string_view name = child->Name();
+    if (name == "light" || name == "camera") {
+      body.DeleteChild(child);
+    } else {
+      leave_out_look(*child);
+    }
+    child = next;
+  }
+}
+
+/// Puts what the world's sections hold into one body at X_WM.
+void stand_at(const Pose& X_WM, tinyxml2::XMLElement& root) {
+  tinyxml2::XMLElement* base = nullptr;
+  for (auto* world = root.FirstChildElement("worldbody"); world; world = world->NextSiblingElement("worldbody")) {
+    auto* part = world->FirstChild();
+    if (!base) {
+      base = world->InsertNewChildElement("body");
+      base->SetAttribute("name", "primo:base");
+      const Eigen::Vector3d p = X_WM.translation();
+      const Eigen::Quaterniond q(X_WM.linear());
+      base->SetAttribute("pos", exact({p.x(), p.y(), p.z()}).c_str());
+      base->SetAttribute("quat", exact({q.w(), q.x(), q.y(), q.z()}).c_str());
+    }
+    while (part) {
+      auto* next = part->NextSibling();
+      if (part != base) base->InsertEndChild(part);
+      part = next;
+    }
+  }
+}
+
+}  // namespace
+
+Result<std::string> read_mjcf(const std::filesystem::path& path, const Pose& X_WM) {
   Flattener flattener(path);
   tinyxml2::XMLDocument document;
   PRIMO_TRY(flattener.read(path, document));
@@ -132,8 +187,11 @@ Result<std::string> read_mjcf(const std::filesystem::path& path) {
   for (const char* name : kSetByPrimo) {
     while (auto* section = root.FirstChildElement(name)) root.DeleteChild(section);
   }
-  for (auto* world = root.FirstChildElement("worldbody"); world; world = world->NextSiblingElement("worldbody"))
+  for (auto* world = root.FirstChildElement("worldbody"); world; world = world->NextSiblingElement("worldbody")) {
+    leave_out_look(*world);
     flattener.name_all(*world);
+  }
+  if (!X_WM.matrix().isIdentity(0)) stand_at(X_WM, root);
   tinyxml2::XMLPrinter printer(nullptr, true);
   for (auto* part = root.FirstChildElement(); part; part = part->NextSiblingElement()) part->Accept(&printer);
   return std::string(printer.CStr());
@@ -162,8 +220,7 @@ Result<ModelPointer> compile_robot(const std::string& sections, const std::files
     std::array<char, 1000> message{};
     const ModelPointer again(mj_loadXML(path.c_str(), nullptr, message.data(), static_cast<int>(message.size())));
     if (again) return model.error();
-    return refuse(path.string(), std::string("not a model that MuJoCo ") + mj_versionString() +
-                                     " can read: " + message.data() + " (docs/robots.md says what it reads)");
+    return Error{Code::config, refusal(path, message.data())};
   }
   PRIMO_TRY(cover_meshes(**model, path.string()));
   return model;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "core/pose.h"
 #include "core/result.h"
 
 namespace primo::robot {
@@ -22,9 +23,10 @@ std::string name_of(const mjModel& model, mjtObj type, int id);
 /// What a robot's MJCF file says of bodies, joints and their couplings: the sections of its <mujoco> element as text,
 /// included files put in, bodies and joints without a name given one. Left out is what primo sets itself or does not
 /// use: options, sizes, keyframes, actuators, sensors, contact pairs and excludes, statistics and the look of the
-/// scene. Error (Code::config): a file that cannot be read or is not MJCF; a feature that MuJoCo 2.2 does not read,
-/// with its file and line (see mjcf_features.h).
-Result<std::string> read_mjcf(const std::filesystem::path& path);
+/// scene, lights and cameras too. Error (Code::config): a file that cannot be read or is not MJCF; a feature that
+/// MuJoCo 2.2 does not read, with its file and line (see mjcf_features.h). Unless X_WM is the identity, all that the
+/// model has in its world is put into a fixed body there, "primo:base": the model's origin then stands at X_WM.
+Result<std::string> read_mjcf(const std::filesystem::path& path, const Pose& X_WM = Pose::Identity());
 
 /// Compiles MJCF text. Files it names are looked up beside `directory`. `what` names it in errors. Safe from any
 /// thread.

@@ -291,7 +291,7 @@ Result<Robot> Robot::load(const std::filesystem::path& robot_file) {
   PRIMO_ASSIGN(robot.file_, config::read<RobotFile>(robot_file));
   robot.mjcf_path_ = std::filesystem::absolute(robot_file.parent_path() / robot.file_.mjcf).lexically_normal();
   const auto fail = [&](const Error& error) { return error.at(robot_file.string() + ": mjcf"); };
-  auto text = read_mjcf(robot.mjcf_path_);
+  auto text = read_mjcf(robot.mjcf_path_, primo::pose(robot.file_.base.position, robot.file_.base.rpy));
   if (!text.ok()) return fail(text.error());
   robot.mjcf_ = std::move(text).value();
   auto model = compile_robot(robot.mjcf_, robot.mjcf_path_);

@@ -42,6 +42,17 @@ struct FingertipSpec {
   }
 };
 
+/// Where the model's origin stands: X_WM.
+struct BaseSpec {
+  Eigen::Vector3d position{0, 0, 0};  ///< in W, m
+  Eigen::Vector3d rpy{0, 0, 0};       ///< rad
+  template <class V>
+  void visit(V&& v) {
+    v("position", position, {.help = "in the world", .unit = "m", .min = -100, .max = 100});
+    v("rpy", rpy, {.unit = "rad"});
+  }
+};
+
 /// Numbers of a joint that slides are in metres and newtons instead of radians and newton metres.
 struct ArmJointSpec {
   std::string joint;
@@ -87,6 +98,7 @@ struct HandJointSpec {
 struct RobotFile {
   std::string name;
   std::string mjcf;  ///< relative to the robot file
+  BaseSpec base;     ///< where the model's origin stands in the world
   std::vector<ArmJointSpec> arm;
   std::vector<HandJointSpec> hand;
   /// origin: where the object's centre should be; z: approach; x: opposition, thumb to fingers (or finger to finger)
@@ -96,6 +108,7 @@ struct RobotFile {
   void visit(V&& v) {
     v("name", name, {.required = true});
     v("mjcf", mjcf, {.help = "MJCF model, relative to this file", .required = true});
+    v("base", base, {.help = "where the model's origin stands in the world"});
     v("arm", arm, {.help = "arm joints from the base outwards", .required = true});
     v("hand", hand, {.help = "independent hand joints", .required = true});
     v("grasp_frame", grasp_frame,

@@ -28,8 +28,9 @@ bool any_touch(const std::vector<Object>& objects) {
   return false;
 }
 
-Object cylinder_on(const Table& table, double x, double y) {
+Object cylinder_on(const Table& table, double radius, double x, double y) {
   Object object;
+  object.radius = radius;
   object.position = {x, y, table.top_centre.z() + object.height / 2};
   return object;
 }
@@ -41,7 +42,7 @@ Object draw_obstacle(const RandomSceneSettings& settings, const Table& table, co
   const bool box = random.uniform() < settings.boxes;
   const Eigen::Vector3d half(random.uniform(0.025, 0.045), random.uniform(0.025, 0.045), random.uniform(0.04, 0.07));
   const double yaw = random.uniform(-std::numbers::pi / 2, std::numbers::pi / 2);
-  Object object = cylinder_on(table, target.position.x() + distance * std::cos(angle),
+  Object object = cylinder_on(table, settings.radius, target.position.x() + distance * std::cos(angle),
                               target.position.y() + distance * std::sin(angle));
   if (box) {
     object.type = ShapeType::box;
@@ -164,8 +165,9 @@ Result<Scenario> random_scenario(const RandomSceneSettings& settings, std::uint6
   const auto range = static_cast<std::uint64_t>(settings.max_obstacles - settings.min_obstacles + 1);
   const int obstacles = settings.min_obstacles + static_cast<int>(random.below(range));
   for (int i = 0; i < kSceneTries; ++i) {
-    Object target = cylinder_on(scenario.table, random.uniform(settings.lower.x(), settings.upper.x()),
-                                random.uniform(settings.lower.y(), settings.upper.y()));
+    const double y = random.uniform(settings.lower.y(), settings.upper.y());
+    const double x = random.uniform(settings.lower.x(), settings.upper.x());
+    Object target = cylinder_on(scenario.table, settings.radius, x, y);
     target.name = "c1";
     if (!centre_over_table(target, scenario.table)) continue;
     scenario.objects = {target};

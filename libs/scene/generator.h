@@ -39,6 +39,7 @@ struct RandomSceneSettings {
   int max_obstacles = 3;
   double min_distance = 0.12;  ///< m, centre of an obstacle to centre of the target
   double max_distance = 0.16;  ///< m
+  double radius = 0.0375;      ///< m, of the cylinders
   double boxes = 0.3;          ///< share of obstacles that are boxes; the others are cylinders like the target
   double min_gap = 0.01;       ///< m between any two objects
   double depth_noise = 0.0;    ///< m, of the cameras
@@ -50,13 +51,14 @@ struct RandomSceneSettings {
     v("max_obstacles", max_obstacles, {.min = 0, .max = 12});
     v("min_distance", min_distance, {.help = "obstacle to target, centres", .unit = "m", .min = 0, .max = 1});
     v("max_distance", max_distance, {.help = "obstacle to target, centres", .unit = "m", .min = 0, .max = 1});
+    v("radius", radius, {.help = "of the cylinders", .unit = "m", .min = 0.005, .max = 0.1});
     v("boxes", boxes, {.help = "share of obstacles that are boxes", .min = 0, .max = 1});
     v("min_gap", min_gap, {.help = "between any two objects", .unit = "m", .min = 0.0005, .max = 0.5});
     v("depth_noise", depth_noise, {.help = "of the cameras", .unit = "m", .min = 0, .max = 0.1});
   }
 };
 
-/// A scene of the published cylinders (radius 0.0375 m, height 0.108 m) and boxes, with the action [grasp, c1]. With no
+/// A scene of the published cylinders (height 0.108 m) and boxes, with the action [grasp, c1]. With no
 /// obstacles at all, min_obstacles = max_obstacles = 0. Errors (config): bounds the wrong way round, or no room after
 /// bounded tries.
 Result<Scenario> random_scenario(const RandomSceneSettings& settings, std::uint64_t seed, std::uint64_t index);

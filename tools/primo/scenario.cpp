@@ -23,6 +23,7 @@ struct Options {
   std::string robot, base, output = ".", action = "grasp";
   int count = 1;
   double displacement = 0.02;
+  scene::RandomSceneSettings scenes;
   std::uint64_t seed = 1;
 };
 
@@ -47,8 +48,9 @@ Status check(const Options& options) {
 Result<scene::Scenario> make(const Options& options, const robot::Robot& robot,
                              const std::optional<scene::Scenario>& base, int index, int& rejected) {
   const auto i = static_cast<std::uint64_t>(index);
-  if (!base && options.action == "place") return physics::random_place_scenario(robot, {}, options.seed, i);
-  if (!base) return scene::random_scenario({}, options.seed, i);
+  if (!base && options.action == "place")
+    return physics::random_place_scenario(robot, {.scenes = options.scenes}, options.seed, i);
+  if (!base) return scene::random_scenario(options.scenes, options.seed, i);
   PRIMO_ASSIGN(auto displaced, scene::displace(robot, *base, options.displacement, options.seed, i));
   rejected += displaced.rejected();
   return std::move(displaced.scenario);
@@ -105,6 +107,9 @@ void add_scenario(CLI::App& app, int& exit) {
       ->capture_default_str();
   generate_verb->add_option("--action", options->action, "of random scenes")
       ->check(CLI::IsMember({"grasp", "place"}))
+      ->capture_default_str();
+  generate_verb->add_option("--radius", options->scenes.radius, "of the cylinders of random scenes, m")
+      ->check(CLI::Range(0.005, 0.1))
       ->capture_default_str();
   generate_verb->add_option("--seed", options->seed, "of the random numbers")->capture_default_str();
   generate_verb->add_option("--robot", options->robot, "robot file (default: the Schunk arm)");

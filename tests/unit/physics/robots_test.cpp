@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "../robot/robot_text.h"
+#include "../robot/style_text.h"
 #include "grasp_fixture.h"
 #include "physics/criteria.h"
 #include "physics/grasp_trial.h"
@@ -143,6 +144,65 @@ TEST_P(Hands, hold_what_is_between_their_fingers_and_miss_what_is_not) {
   const TrialResult miss = grip({0, 0, 0.12}, 0);
   EXPECT_EQ(miss.outcome, Outcome::no_contact) << miss.reason;
   EXPECT_GT(miss.steps, 0);
+}
+
+/// How a hand in Menagerie's style, its jaws coupled as `coupling` says, fares with a cylinder that stands off the
+/// middle of its jaws.
+TrialResult grip_off_middle(const std::string& coupling, double off, std::uint64_t seed) {
+  const robot::RobotFolder folder;
+  write_model(folder, coupling);
+  const robot::Robot robot = folder.load().value();
+  const Model whole = robot_model(robot).value();
+  const Shape object{ShapeType::cylinder, {0.02, 0.03, 0}};
+  HandWorkspace workspace = HandWorkspace::create(robot, whole.get(), object, 0.1, 0.002).value();
+  const auto home = robot.forward(robot.home());
+  const Pose X_PG = home.X_WB[static_cast<std::size_t>(robot.tool_body())].inverse(Eigen::Isometry) *
+                    robot.pose(home, robot.grasp_frame());
+  const Pose X_WG = pose(Eigen::Vector3d(0.8, 0, 0.72), Eigen::Vector3d(M_PI, 0, 0));
+  return run_trial(robot, workspace, robot.home(), X_WG * X_PG.inverse(Eigen::Isometry),
+                   X_WG * pose(Eigen::Vector3d(off, 0, 0)), std::abs(off), {}, seed);
+}
+
+TEST(CoupledJaws, push_what_stands_off_their_middle_between_them_and_hold_it) {
+  for (const char* coupling : {robot::kJaws, R"(<joint joint1="one" joint2="two" solref="0.005 1"/>)",
+                               R"(<tendon tendon1="difference" solref="0.005 1"/>)"}) {
+    for (const double off : {0.0, 0.005, -0.012}) {
+      int held = 0;
+      for (std::uint64_t seed = 0; seed < 5; ++seed) {
+        const TrialResult result = grip_off_middle(coupling, off, seed);
+        EXPECT_NE(result.outcome, Outcome::unstable) << result.reason;
+        held += result.outcome == Outcome::held;
+        if (result.outcome == Outcome::held) {
+          // Both pads press, so the object is in their middle: the palm's y, as far as a contact yields.
+          EXPECT_NEAR((pose(Eigen::Vector3d(0, 0, 0.1)).inverse() * result.X_PO).translation().head<2>().norm(), 0,
+                      0.004)
+              << coupling << " off by " << off;
+        }
+      }
+      EXPECT_GE(held, 4) << coupling << " off by " << off;
+    }
+  }
+}
+
+TEST(CoupledJaws, leave_what_they_would_have_to_push_far) {
+  // Wider open than they are, so that 24 mm off the middle is still between them.
+  const auto robot = robot::generated_robot({.fingers = 2, .slides = true, .coupled = true});
+  const Model whole = robot_model(robot).value();
+  const Shape object{ShapeType::cylinder, {0.03, 0.05, 0}};
+  HandWorkspace workspace = HandWorkspace::create(robot, whole.get(), object, 0.3, 0.002).value();
+  const auto home = robot.forward(robot.home());
+  const Pose X_PG = home.X_WB[static_cast<std::size_t>(robot.tool_body())].inverse(Eigen::Isometry) *
+                    robot.pose(home, robot.grasp_frame());
+  const auto trial = [&](double off) {
+    return run_trial(robot, workspace, robot.home(), X_PG.inverse(Eigen::Isometry), pose(Eigen::Vector3d(off, 0, 0)),
+                     std::abs(off), {}, 3);
+  };
+  const TrialResult far = trial(0.03), near = trial(0.01), again = trial(0.03);
+  EXPECT_EQ(near.outcome, Outcome::held) << near.reason;
+  EXPECT_EQ(far.outcome, Outcome::not_opposed) << far.reason;
+  EXPECT_NE(far.reason.find("push the object by more than 20 mm"), std::string::npos) << far.reason;
+  EXPECT_EQ(again.steps, far.steps) << "what a trial changes does not reach the next";
+  EXPECT_EQ(again.X_PO.matrix(), far.X_PO.matrix());
 }
 
 TEST(Grip, of_a_hand_without_a_thumb_needs_pushes_from_opposite_sides) {

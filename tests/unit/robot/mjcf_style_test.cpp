@@ -13,69 +13,10 @@
 #include "robot/mjcf.h"
 #include "robot/mjcf_features.h"
 #include "robot_text.h"
+#include "style_text.h"
 
 namespace primo::robot {
 namespace {
-
-/// A model in three files, with what such models have: nested classes, degrees, a mesh folder, meshes to be seen beside
-/// shapes to be felt, actuators of several kinds, a coupling tendon, excludes, a keyframe, sites as frames.
-void write_model(const RobotFolder& folder, const std::string& coupling) {
-  folder.put("defaults.xml", R"(<mujocoinclude><default>
-    <default class="machine">
-      <joint armature="0.1" damping="1"/>
-      <default class="elbowlike"><joint axis="0 1 0" range="-120 120" limited="true"/></default>
-      <default class="jaw"><joint type="slide" axis="0 1 0" limited="true" range="0 0.04" armature="0.1"/></default>
-      <default class="seen"><geom type="mesh" group="2" contype="0" conaffinity="0" mass="0"/></default>
-      <default class="felt"><geom group="3" type="capsule" size="0.04"/></default>
-    </default></default></mujocoinclude>)");
-  folder.put("hand.xml", R"(<mujocoinclude>
-    <body name="hand" pos="0 0 0.1" euler="0 0 -45" childclass="machine">
-      <geom class="felt" type="box" size="0.03 0.1 0.03" pos="0 0 0.03"/>
-      <site name="centre" pos="0 0 0.1" euler="0 0 90"/>
-      <body name="one" pos="0 0 0.06"><joint name="one" class="jaw"/>
-        <geom class="felt" type="box" size="0.01 0.01 0.025" pos="0 0.01 0.02"/></body>
-      <body name="two" pos="0 0 0.06" euler="0 0 180"><joint name="two" class="jaw"/>
-        <geom class="felt" type="box" size="0.01 0.01 0.025" pos="0 0.01 0.02"/></body>
-    </body></mujocoinclude>)");
-  folder.put("meshes/wedge.obj", "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
-  folder.put("robot.xml", R"(<mujoco model="style">
-    <compiler angle="degree" meshdir="meshes"/>
-    <option integrator="RK4" timestep="0.01" gravity="0 0 0"/>
-    <size nkey="2"/>
-    <include file="defaults.xml"/>
-    <asset><mesh name="wedge" file="wedge.obj"/></asset>
-    <worldbody><body name="foot" pos="0.1 0 0.5" childclass="machine">
-      <geom class="seen" mesh="wedge"/><geom class="felt" fromto="0 0 0 0 0 0.2"/>
-      <body name="l1" pos="0 0 0.25"><joint name="q1" axis="0 0 1" limited="true" range="-170 170"/>
-        <geom class="felt" fromto="0 0 0 0 0 0.3"/><geom class="seen" mesh="wedge"/>
-        <body name="l2" pos="0 0 0.3" euler="10 0 0"><joint name="q2" class="elbowlike" ref="20"/>
-          <geom class="felt" fromto="0 0 0 0 0 0.3"/>
-          <body name="l3" pos="0 0 0.3"><joint name="q3" class="elbowlike" pos="0.01 0 0"/>
-            <geom class="felt" fromto="0 0 0 0 0 0.1"/>
-            <include file="hand.xml"/>
-          </body></body></body></body></worldbody>
-    <contact><exclude body1="hand" body2="one"/></contact>
-    <tendon><fixed name="split"><joint joint="one" coef="0.5"/><joint joint="two" coef="0.5"/></fixed>
-      <fixed name="jaw_one"><joint joint="one" coef="1"/></fixed>
-      <fixed name="jaw_two"><joint joint="two" coef="2"/></fixed>
-      <fixed name="difference"><joint joint="one" coef="1"/><joint joint="two" coef="-1"/></fixed></tendon>
-    <equality>)" + coupling + R"(</equality>
-    <actuator><position name="q1" joint="q1" kp="100"/><motor name="q2" joint="q2"/>
-      <general name="jaws" tendon="split" biastype="affine" gainprm="100" biasprm="0 -100 -10"/></actuator>
-    <sensor><jointpos joint="q1"/><actuatorfrc actuator="jaws"/></sensor>
-    <keyframe><key name="home" qpos="0 0.3 0.4 0.04 0.04"/></keyframe></mujoco>)");
-  folder.put("robot.yaml", R"(name: style
-mjcf: robot.xml
-arm: [{joint: q1}, {joint: q2, home: 0.3}, {joint: q3, home: 0.4}]
-hand: [{joint: one, home: 0.04, closing: -20, kp: 1000, kd: 10, max_torque: 40}]
-grasp_frame: {site: centre}
-fingertips:
-  - {name: one, frame: {body: one, position: [0, 0, 0.03], rpy: [1.5707963267948966, 0, 0]}}
-  - {name: two, frame: {body: two, position: [0, 0, 0.03], rpy: [1.5707963267948966, 0, 0]}}
-)");
-}
-
-const char* const kJaws = R"(<joint joint1="two" joint2="one"/>)";
 
 TEST(MjcfStyle, PosesAgreeWithMuJoCosReadingOfTheSameFiles) {
   const RobotFolder folder;
@@ -113,6 +54,48 @@ TEST(MjcfStyle, PosesAgreeWithMuJoCosReadingOfTheSameFiles) {
     const Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->site_xmat + 9 * site);
     EXPECT_LT((X_WG.linear() - R).norm(), 1e-12);
   }
+}
+
+TEST(MjcfStyle, TheRobotFileSaysWhereTheModelStands) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  // Two world sections, and something of the world's own.
+  std::string text = *read_file(folder.path("robot.xml"));
+  text.replace(text.find("<contact>"), 0,
+               "<worldbody><geom name=\"stand\" type=\"box\" size=\"0.1 0.1 0.2\"/></worldbody>");
+  folder.put("robot.xml", text);
+  const auto here = folder.load();
+  ASSERT_TRUE(here.ok()) << here.error().message;
+  folder.put("robot.yaml",
+             *read_file(folder.path("robot.yaml")) + "base: {position: [0.25, -0.1, 0.67], rpy: [0.1, 0.2, 0.5]}\n");
+  const auto there = folder.load();
+  ASSERT_TRUE(there.ok()) << there.error().message;
+  const Pose X_WM = primo::pose(Eigen::Vector3d(0.25, -0.1, 0.67), Eigen::Vector3d(0.1, 0.2, 0.5));
+  Eigen::VectorXd q(4);
+  q << 0.3, -0.4, 0.5, 0.02;
+  const Kinematics before = here->forward(q), after = there->forward(q);
+  const auto same = [&](const Pose& X_before, const Pose& X_after) {
+    return (X_after.matrix() - (X_WM * X_before).matrix()).norm() < 1e-12;
+  };
+  EXPECT_TRUE(same(here->pose(before, here->grasp_frame()), there->pose(after, there->grasp_frame())));
+  ASSERT_EQ(here->link_shapes().size(), there->link_shapes().size());
+  for (std::size_t i = 0; i < here->link_shapes().size(); ++i) {
+    const LinkShape &a = here->link_shapes()[i], &b = there->link_shapes()[i];
+    EXPECT_TRUE(same(here->pose(before, a), there->pose(after, b))) << a.name << ", " << b.name;
+  }
+  // And so for MuJoCo, which the physics gets the same text from.
+  const auto model = compile_robot(there->mjcf(), there->mjcf_path());
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model->get()), &mj_deleteData);
+  std::copy_n(q.data(), 4, data->qpos);
+  data->qpos[4] = q[3];
+  mj_kinematics(model->get(), data.get());
+  const int palm = mj_name2id(model->get(), mjOBJ_BODY, "hand");
+  ASSERT_GE(palm, 0);
+  EXPECT_LT((before.X_WB[static_cast<std::size_t>(here->body("hand"))].translation() -
+             X_WM.inverse() * Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * palm))
+                .norm(),
+            1e-12);
 }
 
 TEST(FilesDigest, ChangesWithEveryFileOfTheModelAndWithNothingElse) {
@@ -255,9 +238,47 @@ TEST(MjcfFeatures, OthersThatMuJoCoDoesNotKnowAreRefusedWithTheFilesLine) {
       "robot.xml",
       "<mujoco>\n<worldbody>\n<body name=\"b\">\n<geom size=\"1\" glitter=\"7\"/>\n</body>\n</worldbody>\n</mujoco>");
   const std::string error = folder.error();
-  EXPECT_NE(error.find("glitter"), std::string::npos) << error;
-  EXPECT_NE(error.find("line 4"), std::string::npos) << error;
-  EXPECT_NE(error.find("robot.xml"), std::string::npos) << error;
+  EXPECT_NE(error.find("robot.xml:4: MuJoCo 2.2.2 does not know attribute glitter of element <geom>"),
+            std::string::npos)
+      << error;
+}
+
+TEST(MjcfFeatures, OthersInAnIncludedFileAreRefusedWithThatFileAndLine) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  // Puts `more` behind `after`, and expects the error to have that file, that line and the words.
+  const auto expect = [&](const std::string& file, const std::string& after, const std::string& more,
+                          const std::string& words) {
+    write_model(folder, kJaws);
+    std::string text = *read_file(folder.path(file));
+    const auto at = text.find(after);
+    ASSERT_NE(at, std::string::npos) << after;
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    folder.put(file, text.insert(at + after.size(), more));
+    const std::string error = folder.error(),
+                      expected = file + ":" + std::to_string(line) + ": MuJoCo 2.2.2 does not know " + words;
+    EXPECT_NE(error.find(expected), std::string::npos) << error << "\nexpected: " << expected;
+  };
+  // Geoms without the attribute come before it, in this file and in the main one.
+  expect("hand.xml", "<geom class=\"felt\" type=\"box\" size=\"0.01 0.01 0.025\"", " sheen=\"1\"",
+         "attribute sheen of element <geom>");
+  expect("defaults.xml", "<default class=\"jaw\">", "<sheen/>", "element <sheen>");
+}
+
+TEST(MjcfStyle, LightsAndCamerasOfTheRobotDoNotReachTheScene) {
+  const RobotFolder folder;
+  write_model(folder, kJaws);
+  std::string text = *read_file(folder.path("robot.xml"));
+  text.replace(text.find("<worldbody>"), 11, R"(<worldbody><light name="top" pos="0 0 2" mode="trackcom"/>)");
+  text.replace(text.find("<body name=\"l2\""), 0, R"(<camera name="wrist"/><light pos="0 0 1"/>)");
+  folder.put("robot.xml", text);
+  const auto robot = folder.load();
+  ASSERT_TRUE(robot.ok()) << robot.error().message;
+  const auto model = compile_robot(robot->mjcf(), robot->mjcf_path());
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  EXPECT_EQ((*model)->nlight, 0);
+  EXPECT_EQ((*model)->ncam, 0);
+  EXPECT_EQ((*model)->nbody, 8) << "the world, four of the arm, the hand and its two fingers";
 }
 
 TEST(MjcfFeatures, WhatWouldReachBeyondTheRobotIsRefused) {

@@ -141,6 +141,22 @@ TEST(Generator, hopeless_requests_end_with_the_counts_of_rejections) {
   EXPECT_FALSE(random_scenario(settings, 1, 1).ok());
 }
 
+TEST(Generator, random_scenes_have_cylinders_of_the_radius_asked_for_where_they_have_them_anyway) {
+  RandomSceneSettings slim;
+  slim.radius = 0.025;
+  slim.boxes = 0;
+  slim.min_obstacles = slim.max_obstacles = 1;
+  RandomSceneSettings wide = slim;
+  wide.radius = RandomSceneSettings{}.radius;
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    const auto a = random_scenario(slim, 3, i), b = random_scenario(wide, 3, i);
+    ASSERT_TRUE(a.ok() && b.ok());
+    for (const auto& object : a->objects) EXPECT_EQ(object.radius, 0.025);
+    for (const auto& object : b->objects) EXPECT_EQ(object.radius, 0.0375);
+    EXPECT_EQ(a->objects.front().position, b->objects.front().position);
+  }
+}
+
 TEST(Generator, random_scenes_are_valid_and_their_obstacles_stand_in_the_ring) {
   RandomSceneSettings settings;
   std::set<std::string> ids;
