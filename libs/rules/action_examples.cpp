@@ -29,6 +29,17 @@ std::optional<Outcome> lifted_change(const Scene& scene, const std::int16_t* bin
   return change;
 }
 
+/// The context's literals that an outcome makes false.
+std::int64_t undone(const RuleKey& key, const InducedOutcomes& induced) {
+  return std::count_if(key.context.begin(), key.context.end(), [&](LiftedLiteral literal) {
+    if (literal.negated || literal.relation != Relation::none) return false;
+    literal.negated = true;
+    return std::any_of(induced.outcomes.begin(), induced.outcomes.end(), [&](const Outcome& outcome) {
+      return std::binary_search(outcome.begin(), outcome.end(), literal);
+    });
+  });
+}
+
 std::vector<std::int16_t> changed_objects(const Scene& scene) {
   std::vector<std::int16_t> objects;
   for (const auto& change : scene.changes) {
@@ -119,7 +130,8 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
         induce_outcomes(scenes_, covered, numbers, changes_, settings_.alpha, settings_.p_min));
   }
   fitted.induced = induced;
-  fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size());
+  fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size()) +
+                 settings_.requirement * static_cast<double>(undone(key, *induced));
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {

@@ -19,8 +19,9 @@ namespace primo::rules {
 struct FittedRule {
   Bits covered;
   std::shared_ptr<const InducedOutcomes> induced;  ///< none when nothing is covered
-  double score = 0;                                ///< log-likelihood − α · (literals of context and outcomes)
-  std::size_t seen = 0;                            ///< examples this is the fit to
+  /// Log-likelihood − α · (literals of context and outcomes) + requirement · (literals of the context made false).
+  double score = 0;
+  std::size_t seen = 0;  ///< examples this is the fit to
   bool usable() const { return induced && !induced->outcomes.empty(); }
 };
 

@@ -79,6 +79,9 @@ Status check(const LearnerSettings& settings) {
   if (!(settings.caution >= 0) || !std::isfinite(settings.caution)) {
     return config("caution must be finite and not negative");
   }
+  if (!(settings.requirement >= 0) || !std::isfinite(settings.requirement)) {
+    return config("requirement must be finite and not negative");
+  }
   if (settings.max_steps < 1 || settings.max_candidates < 1 || settings.look_ahead < 0) {
     return config("max_steps and max_candidates must be at least 1, look_ahead at least 0");
   }

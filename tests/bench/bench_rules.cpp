@@ -162,6 +162,8 @@ int main(int argc, char** argv) {
   Json results = Json::array();
   for (const int n : {50, 100, 200, 500, 1000}) {
     results.push_back(measure("grasp and place, noise-free", domains::grasp_place(1, 1), n, seeds));
+    results.push_back(
+        measure("grasp and place, noise-free, stacked evenly", domains::stacked_grasp_place(1, 1), n, seeds));
     results.push_back(measure("grasp and place .94 .92", domains::grasp_place(0.94, 0.92), n, seeds));
     results.push_back(measure("slippery gripper", domains::gripper(), n, seeds));
     results.push_back(measure("trucks and drivers", domains::trucks(), n, seeds));

@@ -271,4 +271,13 @@ inline Domain grasp_place(double grasp, double place) {
   return {"grasp and place", generated::grasp_place(grasp, place), draw_grasp_place};
 }
 
+/// The same with stacks as frequent as the slippery gripper's: that an object to place on must stand on the table
+/// itself shows only where one stands on another.
+inline Experience draw_stacked_grasp_place(Random& random, Use) {
+  return generated::draw_grasp_place(random, random.below(2) == 0, generated::Stacking::evenly);
+}
+inline Domain stacked_grasp_place(double grasp, double place) {
+  return {"grasp and place, stacked", generated::grasp_place(grasp, place), draw_stacked_grasp_place};
+}
+
 }  // namespace primo::rules::domains

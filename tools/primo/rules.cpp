@@ -134,6 +134,10 @@ void add_learn(CLI::App& rules, int& exit) {
   verb->add_option("--caution", options->learner.caution, "what each rule must earn beyond its literals, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  verb->add_option("--requirement", options->learner.requirement,
+                   "what a context literal earns that an outcome makes false, nats")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   verb->add_option("--max-references", options->learner.max_references, "deictic variables a rule")
       ->check(CLI::Range(0, 6))
       ->capture_default_str();

@@ -23,8 +23,12 @@ inline Literal no(std::string predicate, std::vector<std::string> arguments = {}
 
 inline std::string numbered(std::string name, std::uint64_t number) { return name.append(std::to_string(number)); }
 
+/// Where an object stands: on another one in one case of four, or on the table and on each free object equally often,
+/// as the slippery gripper's blocks.
+enum class Stacking { seldom, evenly };
+
 /// A table and some objects on it or on each other; cylinders, boxes, and with some luck one in the hand.
-inline Experience make_tabletop(Random& random, int objects) {
+inline Experience make_tabletop(Random& random, int objects, Stacking stacking = Stacking::seldom) {
   Experience experience;
   experience.objects.push_back("t");
   experience.before.insert(lit("table", {"t"}));
@@ -33,7 +37,9 @@ inline Experience make_tabletop(Random& random, int objects) {
     const std::string name = numbered("o", static_cast<std::uint64_t>(i));
     experience.objects.push_back(name);
     experience.before.insert(lit(random.below(3) == 0 ? "box" : "cylinder", {name}));
-    if (!standing.empty() && random.below(4) == 0) {
+    const bool stacked = stacking == Stacking::evenly ? random.below(standing.size() + 1) > 0
+                                                      : !standing.empty() && random.below(4) == 0;
+    if (stacked) {
       const auto below = random.below(standing.size());
       experience.before.insert(lit("on", {name, standing[below]}));
       standing.erase(standing.begin() + static_cast<std::ptrdiff_t>(below));
@@ -77,8 +83,8 @@ inline RuleSet grasp_place(double grasp, double place) {
 }
 
 /// A scene of four objects in which one is to be grasped, or placed on another.
-inline Experience draw_grasp_place(Random& random, bool grasp) {
-  Experience experience = make_tabletop(random, 4);
+inline Experience draw_grasp_place(Random& random, bool grasp, Stacking stacking = Stacking::seldom) {
+  Experience experience = make_tabletop(random, 4, stacking);
   const std::string x = numbered("o", random.below(4));
   std::string y = numbered("o", random.below(4));
   if (grasp) {

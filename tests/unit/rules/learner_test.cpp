@@ -128,13 +128,46 @@ TEST(Learn, outcome_probabilities_under_overlap_are_those_of_the_maximum_likelih
     if (i < 10) e.after.insert(lit("wet"));
     data.push_back(e);
   }
-  const auto rules = learned(data);
+  // Without the preference for wet in the context, which would leave no overlap.
+  const auto rules = learned(data, {.requirement = 0});
   ASSERT_EQ(rules.rules.size(), 1u) << to_text(rules);
   ASSERT_EQ(rules.rules[0].outcomes.size(), 2u);
   EXPECT_EQ(rules.rules[0].outcomes[0].literals, std::vector<Literal>{no("wet")});
   EXPECT_NEAR(rules.rules[0].outcomes[0].p, 30.0 / 40.0, 1e-6);
   EXPECT_EQ(rules.rules[0].outcomes[0].count, 90) << "30 dried and 60 that were dry";
   EXPECT_EQ(rules.rules[0].trials(), 100);
+}
+
+TEST(Learn, takes_what_an_action_makes_false_for_its_condition_until_data_speak_against_it) {
+  // wipe(X) takes the dust away and makes X clean. First there is dust always, then it works without dust as well.
+  const auto wiped = [](int n, bool without_dust) {
+    std::vector<Experience> data;
+    for (int i = 0; i < n; ++i) {
+      Experience e{.id = std::to_string(i), .objects = {"a"}, .before = {}, .action = lit("wipe", {"a"}), .after = {}};
+      e.before.insert(lit("plate", {"a"}));
+      if (i % 2 == 0 || !without_dust) e.before.insert(lit("dust", {"a"}));
+      e.after = {lit("plate", {"a"}), lit("clean", {"a"})};
+      data.push_back(e);
+    }
+    return data;
+  };
+  const auto context = [](const RuleSet& rules) {
+    EXPECT_EQ(rules.rules.size(), 1u) << to_text(rules);
+    return as_set(rules.rules.at(0).context);
+  };
+  // plate(X) always holds too, but the action leaves it alone (decision 0302).
+  EXPECT_EQ(context(learned(wiped(20, false))), std::set<Literal>{lit("dust", {"X"})});
+  EXPECT_EQ(context(learned(wiped(20, false), {.requirement = 0})), std::set<Literal>{});
+  EXPECT_EQ(context(learned(wiped(20, true))), std::set<Literal>{});
+}
+
+TEST(Learn, what_a_context_literal_earns_is_no_part_of_the_score) {
+  const auto truth = generated::grasp_place(1, 1);
+  const auto data = generated::grasp_place_data(truth, 100, 7);
+  // Noise-free and exact: no likelihood is lost, and each literal costs α.
+  const auto rules = learned(data);
+  EXPECT_NEAR(score(rules, data), -0.5 * static_cast<double>(penalty(rules)), 1e-9);
+  EXPECT_EQ(learn(data, {.requirement = -1}).error().code, Code::config);
 }
 
 TEST(Learn, does_not_depend_on_the_order_of_lines_or_the_names_of_objects) {
