@@ -29,15 +29,18 @@ std::optional<Outcome> lifted_change(const Scene& scene, const std::int16_t* bin
   return change;
 }
 
-/// The context's literals that an outcome makes false.
-std::int64_t undone(const RuleKey& key, const InducedOutcomes& induced) {
-  return std::count_if(key.context.begin(), key.context.end(), [&](LiftedLiteral literal) {
-    if (literal.negated || literal.relation != Relation::none) return false;
+/// For each literal of the context, the probability that an outcome makes it false; summed.
+double undone(const RuleKey& key, const InducedOutcomes& induced) {
+  double sum = 0;
+  for (LiftedLiteral literal : key.context) {
+    if (literal.negated || literal.relation != Relation::none) continue;
     literal.negated = true;
-    return std::any_of(induced.outcomes.begin(), induced.outcomes.end(), [&](const Outcome& outcome) {
-      return std::binary_search(outcome.begin(), outcome.end(), literal);
-    });
-  });
+    for (std::size_t i = 0; i < induced.outcomes.size(); ++i) {
+      const Outcome& outcome = induced.outcomes[i];
+      if (std::binary_search(outcome.begin(), outcome.end(), literal)) sum += induced.fit.p[i];
+    }
+  }
+  return sum;
 }
 
 std::vector<std::int16_t> changed_objects(const Scene& scene) {
@@ -131,7 +134,7 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
   }
   fitted.induced = induced;
   fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size()) +
-                 settings_.requirement * static_cast<double>(undone(key, *induced));
+                 settings_.requirement * undone(key, *induced);
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {

@@ -135,7 +135,7 @@ void add_learn(CLI::App& rules, int& exit) {
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   verb->add_option("--requirement", options->learner.requirement,
-                   "what a context literal earns that an outcome makes false, nats")
+                   "what a context literal earns that outcomes make false, times their probability, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   verb->add_option("--max-references", options->learner.max_references, "deictic variables a rule")
