@@ -13,6 +13,23 @@
 
 namespace primo::optim {
 
+/// The keys that an optimizer and a study's search have in common, but for what depends on the fitness.
+template <class V, class Settings>
+void visit_search(V&& v, Settings& settings) {
+  v("population", settings.population,
+    {.help = "candidates a generation; 0: the algorithm's default", .min = 0, .max = 10000});
+  v("sigma", settings.sigma, {.help = "initial step, fraction of the box's width", .min = 1e-6, .max = 2});
+  v("on_stagnation", settings.on_stagnation,
+    {.help = "of cma: begin elsewhere with twice the population (ipop), with large and small ones in turn (bipop), "
+             "with the same (again), or end (stop)",
+     .choices = {"ipop", "bipop", "again", "stop"}});
+  v("patience", settings.patience,
+    {.help = "of cma: generations without a rise of the best or the mean fitness after which a descent has stagnated; "
+             "0: by the criteria of a fitness without noise alone",
+     .min = 0,
+     .max = 1e6});
+}
+
 struct OptimizerSettings {
   std::string name = "cma";  ///< a key of optimizers()
   int evaluations = 2000;    ///< budget
@@ -27,21 +44,9 @@ struct OptimizerSettings {
   void visit(V&& v) {
     v("name", name, {.help = "the algorithm"});
     v("evaluations", evaluations, {.help = "budget", .min = 1, .max = 1e9});
-    v("population", population,
-      {.help = "candidates a generation; 0: the algorithm's default", .min = 0, .max = 10000});
-    v("sigma", sigma, {.help = "initial step, fraction of the box's width", .min = 1e-6, .max = 2});
     v("seed", seed, {});
     v("restart", restart, {.help = "index of the restart", .min = 0, .max = 1e6});
-    v("on_stagnation", on_stagnation,
-      {.help = "of cma: begin elsewhere with twice the population (ipop), with large and small ones in turn (bipop), "
-               "with the same (again), or end (stop)",
-       .choices = {"ipop", "bipop", "again", "stop"}});
-    v("patience", patience,
-      {.help =
-           "of cma: generations without a rise of the best or the mean fitness after which a descent has stagnated; "
-           "0: by the criteria of a fitness without noise alone",
-       .min = 0,
-       .max = 1e6});
+    visit_search(v, *this);
     v("least_rise", least_rise, {.help = "what counts as a rise", .min = 0, .max = 1e6});
   }
 };

@@ -19,16 +19,16 @@ void Patience::add(const std::vector<double>& costs) {
   }
 }
 
-void Patience::save(State& state) const { state["patience"] = {static_cast<double>(since_), best_, mean_}; }
+void Patience::save(State& state) const {
+  state["patience"] = {static_cast<double>(since_)};
+  state["patience_costs"] = {best_, mean_};
+}
 
 Status Patience::load(const StateReader& state) {
-  PRIMO_ASSIGN(const auto numbers, state.numbers("patience", 3));
-  if (!(numbers[0] >= 0 && numbers[0] < 2e9 && numbers[0] == static_cast<double>(static_cast<int>(numbers[0])))) {
-    return Error{Code::data, "the optimizer's state: 'patience' cannot be"};
-  }
-  since_ = static_cast<int>(numbers[0]);
-  best_ = numbers[1];
-  mean_ = numbers[2];
+  PRIMO_ASSIGN(since_, state.whole("patience", 0, 2'000'000'000));
+  PRIMO_ASSIGN(const auto costs, state.numbers("patience_costs", 2));
+  best_ = costs[0];
+  mean_ = costs[1];
   return success();
 }
 

@@ -37,9 +37,11 @@ std::vector<SearchSummary> summarize_searches(const std::vector<EvaluationRecord
   for (const auto& [algorithm, restarts] : searches) {
     SearchSummary summary;
     summary.algorithm = algorithm;
+    for (const auto& [number, restart] : restarts) {  // a candidate that was dropped met fewer scenarios
+      for (const auto& e : restart.course) summary.scenarios = std::max(summary.scenarios, e.scenarios);
+    }
     for (const auto& [number, restart] : restarts) {
       ++summary.restarts;
-      summary.scenarios = std::max(summary.scenarios, restart.course.front().scenarios);
       const int all = evaluations_until(restart.course, summary.scenarios);
       const int but_one = evaluations_until(restart.course, summary.scenarios - 1);
       summary.everywhere.add(all > 0);

@@ -73,19 +73,7 @@ struct SearchSettings {
     v("algorithms", algorithms, {.help = "run one after the other with the same budget; the best result wins"});
     v("evaluations", evaluations,
       {.help = "budget of γ evaluations, for each algorithm and restart", .min = 1, .max = 1e7});
-    v("population", population,
-      {.help = "candidates a generation; 0: the algorithm's default", .min = 0, .max = 10000});
-    v("sigma", sigma, {.help = "initial step, fraction of the box's width", .min = 1e-6, .max = 2});
-    v("on_stagnation", on_stagnation,
-      {.help = "of cma: begin elsewhere with twice the population (ipop), with large and small ones in turn (bipop), "
-               "with the same (again), or end (stop)",
-       .choices = {"ipop", "bipop", "again", "stop"}});
-    v("patience", patience,
-      {.help =
-           "of cma: generations without a rise of the best or the mean γ after which a descent has stagnated; 0: by "
-           "the criteria of a fitness without noise alone",
-       .min = 0,
-       .max = 1e6});
+    optim::visit_search(v, *this);
     v("least_rise", least_rise, {.help = "of γ, what counts as a rise", .min = 0, .max = 10});
     v("restarts", restarts, {.help = "random starts of each algorithm", .min = 1, .max = 10000});
     v("later_restarts", later_restarts,

@@ -86,6 +86,15 @@ TEST(SearchSummary, counts_restarts_and_the_evaluations_that_success_took) {
   EXPECT_EQ(cma.recommended_everywhere.trials, 1) << "restart 1 has no finalists here";
 }
 
+TEST(SearchSummary, does_not_take_a_dropped_candidate_for_one_that_met_all_scenarios) {
+  auto dropped = evaluation(0, 0, 0.9, 2);
+  dropped.scenarios = 2;
+  const auto summaries = summarize_searches({dropped, evaluation(0, 1, 0.5, 2), evaluation(0, 2, 1.5, 4)}, {});
+  ASSERT_EQ(summaries.size(), 1u);
+  EXPECT_EQ(summaries[0].scenarios, 4);
+  EXPECT_DOUBLE_EQ(summaries[0].evaluations_mean, 3);
+}
+
 TEST(GeneralizationFigures, leave_out_what_was_not_tried) {
   PartResult part;
   part.name = "grasp";
