@@ -29,27 +29,18 @@ std::optional<Outcome> lifted_change(const Scene& scene, const std::int16_t* bin
   return change;
 }
 
-/// The literals that outcomes make false and the context does not require, each by its outcome's probability.
-double not_required(const RuleKey& key, const InducedOutcomes& induced) {
+/// For each literal of the context, the probability that an outcome makes it false; summed.
+double undone(const RuleKey& key, const InducedOutcomes& induced) {
   double sum = 0;
-  for (std::size_t i = 0; i < induced.outcomes.size(); ++i) {
-    for (LiftedLiteral literal : induced.outcomes[i]) {
-      if (!literal.negated || literal.relation != Relation::none) continue;
-      literal.negated = false;
-      if (!std::binary_search(key.context.begin(), key.context.end(), literal)) sum += induced.fit.p[i];
+  for (LiftedLiteral literal : key.context) {
+    if (literal.negated || literal.relation != Relation::none) continue;
+    literal.negated = true;
+    for (std::size_t i = 0; i < induced.outcomes.size(); ++i) {
+      const Outcome& outcome = induced.outcomes[i];
+      if (std::binary_search(outcome.begin(), outcome.end(), literal)) sum += induced.fit.p[i];
     }
   }
   return sum;
-}
-
-/// What the context costs beside α while rules are searched (decisions 0307 and 0308).
-double reserve(const RuleKey& key, const InducedOutcomes& induced, const LearnerSettings& settings) {
-  double nats = settings.requirement * not_required(key, induced);
-  for (const auto& literal : key.context) {
-    nats += settings.term * static_cast<double>(terms(literal.atom).size());
-    if (literal.negated) nats += settings.negation;
-  }
-  return nats;
 }
 
 std::vector<std::int16_t> changed_objects(const Scene& scene) {
@@ -142,8 +133,8 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
         induce_outcomes(scenes_, covered, numbers, changes_, settings_.alpha, settings_.p_min));
   }
   fitted.induced = induced;
-  fitted.score =
-      induced->score - settings_.alpha * static_cast<double>(key.context.size()) - reserve(key, *induced, settings_);
+  fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size()) +
+                 settings_.requirement * undone(key, *induced);
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {
