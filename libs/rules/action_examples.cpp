@@ -8,6 +8,7 @@ namespace primo::rules {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{192} << 20;
+constexpr double kOmitted = 3;             // times what a required literal earns (decision 0308)
 constexpr std::size_t kBitsAVariable = 5;  // in the key of an example's changes
 
 /// The change of a scene over the rule's variables; empty when an object that changes is neither bound nor a constant.
@@ -29,18 +30,29 @@ std::optional<Outcome> lifted_change(const Scene& scene, const std::int16_t* bin
   return change;
 }
 
-/// For each literal of the context, the probability that an outcome makes it false; summed.
+/// The positive literals that outcomes make false, each by its outcome's probability. What the context does not have
+/// counts against the rule.
 double undone(const RuleKey& key, const InducedOutcomes& induced) {
   double sum = 0;
-  for (LiftedLiteral literal : key.context) {
-    if (literal.negated || literal.relation != Relation::none) continue;
-    literal.negated = true;
-    for (std::size_t i = 0; i < induced.outcomes.size(); ++i) {
-      const Outcome& outcome = induced.outcomes[i];
-      if (std::binary_search(outcome.begin(), outcome.end(), literal)) sum += induced.fit.p[i];
+  for (std::size_t i = 0; i < induced.outcomes.size(); ++i) {
+    for (LiftedLiteral literal : induced.outcomes[i]) {
+      if (!literal.negated || literal.relation != Relation::none) continue;
+      literal.negated = false;
+      const bool required = std::binary_search(key.context.begin(), key.context.end(), literal);
+      sum += induced.fit.p[i] * (required ? 1 : -kOmitted);
     }
   }
   return sum;
+}
+
+/// What the context costs beside α.
+double length(const RuleKey& key, const LearnerSettings& settings) {
+  double nats = 0;
+  for (const auto& literal : key.context) {
+    nats += settings.term * static_cast<double>(terms(literal.atom).size());
+    if (literal.negated) nats += settings.negation;
+  }
+  return nats;
 }
 
 std::vector<std::int16_t> changed_objects(const Scene& scene) {
@@ -134,7 +146,7 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
   }
   fitted.induced = induced;
   fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size()) +
-                 settings_.requirement * undone(key, *induced);
+                 settings_.requirement * undone(key, *induced) - length(key, settings_);
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {

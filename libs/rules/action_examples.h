@@ -19,8 +19,9 @@ namespace primo::rules {
 struct FittedRule {
   Bits covered;
   std::shared_ptr<const InducedOutcomes> induced;  ///< none when nothing is covered
-  /// Log-likelihood − α · (literals of context and outcomes) + requirement · (literals of the context that are made
-  /// false, each by its probability).
+  /// Log-likelihood − α · (literals of context and outcomes) + requirement · (literals that are made false, each by its
+  /// probability; those that the context does not have count −3) − negation · (negated literals of the context)
+  /// − term · (its terms).
   double score = 0;
   std::size_t seen = 0;  ///< examples this is the fit to
   bool usable() const { return induced && !induced->outcomes.empty(); }

@@ -76,11 +76,11 @@ Status check(const LearnerSettings& settings) {
   if (!(settings.alpha >= 0) || !std::isfinite(settings.alpha)) return config("alpha must be finite and not negative");
   if (!(settings.p_min > 0) || !(settings.p_min <= 0.1)) return config("p_min must be above 0 and at most 0.1");
   if (settings.max_references < 0 || settings.max_references > 6) return config("max_references must be from 0 to 6");
-  if (!(settings.caution >= 0) || !std::isfinite(settings.caution)) {
-    return config("caution must be finite and not negative");
-  }
-  if (!(settings.requirement >= 0) || !std::isfinite(settings.requirement)) {
-    return config("requirement must be finite and not negative");
+  for (const auto& [name, nats] : {std::pair("caution", settings.caution),
+                                   {"requirement", settings.requirement},
+                                   {"negation", settings.negation},
+                                   {"term", settings.term}}) {
+    if (!(nats >= 0) || !std::isfinite(nats)) return config(std::string(name).append(" must be finite and not negative"));
   }
   if (settings.max_steps < 1 || settings.max_candidates < 1 || settings.look_ahead < 0) {
     return config("max_steps and max_candidates must be at least 1, look_ahead at least 0");

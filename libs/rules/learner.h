@@ -16,6 +16,8 @@ struct LearnerSettings {
   double p_min = 1e-8;           ///< probability a noise outcome gives to a state
   double caution = 3;            ///< nats that each rule must earn beyond its literals (decision 0304)
   double requirement = 1;        ///< nats that a context literal earns which is surely made false (decision 0307)
+  double negation = 2;           ///< nats that a negated context literal costs that no split has made (decision 0308)
+  double term = 0.1;             ///< nats that each term of a context literal costs beside alpha (decision 0308)
   int max_references = 3;        ///< deictic variables a rule
   int max_steps = 10000;         ///< accepted changes of the rule set, for each action
   int max_candidates = 1000000;  ///< sets of rules looked at, for each action; then the best so far is returned
@@ -26,10 +28,17 @@ struct LearnerSettings {
     v("p_min", p_min, {.help = "probability that noise gives to a state", .min = 1e-300, .max = 0.1});
     v("caution", caution, {.help = "what a rule must earn beyond its literals", .unit = "nats", .min = 0, .max = 1e6});
     v("requirement", requirement,
-      {.help = "what a context literal earns that outcomes make false, times their probability",
+      {.help = "what a context literal earns that outcomes make false, times their probability; thrice that costs a "
+               "literal they make false that is not in the context",
        .unit = "nats",
        .min = 0,
        .max = 1e6});
+    v("negation", negation,
+      {.help = "cost of a negated context literal that no other rule has unnegated",
+       .unit = "nats",
+       .min = 0,
+       .max = 1e6});
+    v("term", term, {.help = "cost of each term of a context literal", .unit = "nats", .min = 0, .max = 1e6});
     v("max_references", max_references, {.help = "deictic variables a rule", .min = 0, .max = 6});
     v("max_steps", max_steps, {.help = "accepted changes of the rule set for each action", .min = 1, .max = 1e9});
     v("max_candidates", max_candidates, {.help = "sets of rules looked at for each action", .min = 1, .max = 1e9});

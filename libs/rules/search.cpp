@@ -9,6 +9,20 @@ namespace {
 
 constexpr double kImprovement = 1e-9;
 
+/// The negated context literals that another rule has unnegated: a split made them, and they are no guess.
+std::int64_t split_negations(const std::vector<RuleKey>& rules) {
+  const auto held = [&](LiftedLiteral literal) {
+    if (!literal.negated) return false;
+    literal.negated = false;
+    return std::any_of(rules.begin(), rules.end(), [&](const RuleKey& rule) {
+      return std::binary_search(rule.context.begin(), rule.context.end(), literal);
+    });
+  };
+  std::int64_t sum = 0;
+  for (const auto& key : rules) sum += std::count_if(key.context.begin(), key.context.end(), held);
+  return sum;
+}
+
 }  // namespace
 
 struct Search::Candidate : ScoredRules {
@@ -137,6 +151,7 @@ Search::Candidate Search::assess(std::vector<RuleKey> rules) {
     candidate.covered |= fitted.covered;
     candidate.score += fitted.score - examples_.settings().caution;
   }
+  candidate.score += examples_.settings().negation * static_cast<double>(split_negations(candidate.rules));
   double rest = 0;
   candidate.noise = examples_.default_rule(candidate.covered, &rest).noise_count;
   candidate.score += rest;
