@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "physics/criteria.h"
 #include "physics/set_down.h"
 
@@ -12,8 +10,10 @@ double held_clearance(const Motion& motion) {
   ClearanceQuery query(motion.robot, target_pairs(motion.scenario, motion.target),
                        held_shape(motion.robot, motion.scenario));
   const SetDown parts = set_down(motion.robot, motion.scenario, motion.settings, motion.q);
-  const double apart = query.over(parts.approach) - ClearanceQuery::kTolerance;
-  return std::min(apart + motion.settings.target_margin, query.over(parts.contact));
+  // The distance before is of interest only where it decides.
+  const double touching = query.over(parts.contact);
+  const double deduction = ClearanceQuery::kTolerance - motion.settings.target_margin;
+  return query.over(parts.approach, touching + deduction) - deduction;
 }
 
 }  // namespace

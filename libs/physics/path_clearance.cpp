@@ -112,9 +112,9 @@ double ClearanceQuery::refine(const Eigen::VectorXd& a, double distance_a, const
   return refine(middle, distance_m, b, distance_b, best, depth - 1);
 }
 
-double ClearanceQuery::over(const Eigen::MatrixXd& q) {
+double ClearanceQuery::over(const Eigen::MatrixXd& q, double enough) {
   std::vector<double> distances(static_cast<std::size_t>(q.rows()));
-  double best = kFar;
+  double best = enough;
   for (Eigen::Index t = 0; t < q.rows(); ++t) {
     distances[static_cast<std::size_t>(t)] = at(q.row(t).transpose());
     best = std::min(best, distances[static_cast<std::size_t>(t)]);
