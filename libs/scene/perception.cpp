@@ -152,7 +152,10 @@ PerceptionRequest perception_request(const Scenario& scenario, std::vector<Point
 
 Result<SceneEstimate> perceive(const PerceptionRequest& request) {
   PRIMO_TRY(check_request(request));
+  std::size_t count = 0;
+  for (const auto& cloud : request.clouds) count += cloud.points.size();
   Points points;
+  points.reserve(count);
   for (const auto& cloud : request.clouds) {
     for (const auto& p_C : cloud.points) points.emplace_back(cloud.X_WC * p_C.cast<double>());
   }
@@ -165,7 +168,9 @@ Result<SceneEstimate> perceive(const PerceptionRequest& request) {
   estimate.objects = estimate_objects(points, *table, request.settings);
   name_objects(request, estimate.objects);
   estimate.resolution = request.settings.resolution;
-  estimate.octree = OccupancyMap(request.clouds, region_of(estimate.table), request.settings.resolution).to_bytes();
+  if (request.octree) {
+    estimate.octree = OccupancyMap(request.clouds, region_of(estimate.table), request.settings.resolution).to_bytes();
+  }
   return estimate;
 }
 
