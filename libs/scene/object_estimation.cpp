@@ -144,21 +144,29 @@ Result<TableFit> estimate_table(const Points& points, const PerceptionSettings& 
   double height = dominant_height(points, settings.min_table_height, settings.max_table_height);
   double window = 0.012;
   TableFit fit;
+  // No round looks farther than the windows of all before it together.
+  constexpr int kRounds = 4;
+  constexpr double kMaxWindow = kTableReach / kRounds;
+  Points near;
+  for (const auto& p : points) {
+    if (std::abs(p.z() - height) <= kTableReach) near.push_back(p);
+  }
   std::vector<double> xs, ys;
-  for (int round = 0; round < 4; ++round) {
-    xs.clear();
-    ys.clear();
+  for (int round = 0; round < kRounds; ++round) {
+    const bool last = round + 1 == kRounds;
     double sum = 0, squares = 0;
-    for (const auto& p : points) {
+    fit.points = 0;
+    for (const auto& p : near) {
       const double z = p.z() - height;
       if (std::abs(z) > window) continue;
       sum += z;
       squares += z * z;
+      ++fit.points;
+      if (!last) continue;
       xs.push_back(p.x());
       ys.push_back(p.y());
     }
-    const auto count = static_cast<double>(xs.size());
-    fit.points = static_cast<int>(xs.size());
+    const auto count = static_cast<double>(fit.points);
     if (fit.points < kMinTablePoints) {
       return Error{Code::failed, "no table was seen: the level plane with the most points between " +
                                      std::to_string(settings.min_table_height) + " and " +
@@ -167,7 +175,7 @@ Result<TableFit> estimate_table(const Points& points, const PerceptionSettings& 
     }
     height += sum / count;
     fit.rms = std::sqrt(std::max(0.0, squares / count - sum / count * (sum / count)));
-    window = std::clamp(3 * fit.rms, 0.001, 0.03);
+    window = std::clamp(3 * fit.rms, 0.001, kMaxWindow);
   }
   // The outermost row of pixels along an edge is about 1 % of the points: a smaller quantile finds it, not strays.
   const auto edge = [](std::vector<double>& values, double fraction) {
