@@ -48,7 +48,7 @@ struct StatusSettings {
 };
 
 /// Publishes this process's status and keeps asserting its liveliness from a thread of its own. Thread-safe.
-/// Changes between idle and busy are published with the next heartbeat, all others at once.
+/// Counts and changes between idle and busy are published once a second, all else at once.
 class StatusPublisher {
  public:
   static Result<std::unique_ptr<StatusPublisher>> create(const Participant& participant, StatusSettings settings);

@@ -25,6 +25,12 @@ std::string size_mjcf(const robot::Robot* robot, int objects) {
          std::to_string(stack) + "\"/>\n";
 }
 
+/// What compiling needs: matrices of the degrees of freedom.
+std::string still_size_mjcf(const scene::Scenario& scenario) {
+  const std::size_t freedoms = 6 * scenario.objects.size();
+  return "  <size njmax=\"1\" nconmax=\"1\" nstack=\"" + std::to_string(10000 + 4 * freedoms * freedoms) + "\"/>\n";
+}
+
 /// MuJoCo 2.2 finds contacts decimetres deep where two boxes' faces lie in each other, exactly or by micrometres, as
 /// those of a box at rest on the table do: one box in eight is thrown away within six seconds. So a box is simulated a
 /// tenth of a millimetre smaller, with a margin as wide: forces begin at its true surface, and its faces stay apart.
@@ -139,7 +145,7 @@ Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenari
   std::string mjcf = "<mujoco model=\"scene\">\n";
   if (robot) mjcf += robot->mjcf();
   mjcf += solver_mjcf(options.timestep);
-  mjcf += size_mjcf(robot, static_cast<int>(scenario.objects.size()));
+  mjcf += options.moves ? size_mjcf(robot, static_cast<int>(scenario.objects.size())) : still_size_mjcf(scenario);
   mjcf +=
       "  <worldbody>\n    <geom name=\"floor\" type=\"plane\" size=\"4 4 0.1\" group=\"0\" rgba=\"0.8 0.82 0.85 1\"" +
       contact_attributes() + "/>\n";
