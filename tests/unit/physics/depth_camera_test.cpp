@@ -126,7 +126,7 @@ TEST(DepthCamera, a_scene_may_hold_as_many_objects_as_a_file) {
     object.position = scenario.table.top_centre + offset;
     scenario.objects.push_back(object);
   }
-  scenario.action = {};
+  scenario.action = {"grasp", "o0"};
   const auto clouds = render_depth(scenario);
   EXPECT_TRUE(clouds.ok()) << clouds.error().message;
 }
