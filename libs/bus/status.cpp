@@ -119,7 +119,7 @@ void StatusPublisher::Impl::run() {
       lock.lock();
     }
     if (now >= next) {
-      next = now + lease / 4;
+      next = now + lease / 3;
       if (now - published >= kCountsPeriod) {
         update_rate();
         urgent = dirty;

@@ -40,7 +40,7 @@ struct StatusSettings {
   std::string role;
   unsigned credits = 0;
   std::string config_hash, version;
-  std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a quarter of it
+  std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a third of it
   /// Called when this process was stopped for longer than `membership`, which is to be BusSettings::lease_ms: others
   /// have forgotten it, and DDS does not introduce it to them again.
   std::chrono::milliseconds membership{10000};
