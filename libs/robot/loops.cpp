@@ -110,6 +110,10 @@ class LoopSolver {
                       "; only the hand, beyond the last arm joint, may have loops: an arm is an open chain");
       }
       if (between.empty()) continue;  // the bodies are one
+      for (const int j : between) {
+        if (model_.jnt_type[j] != mjJNT_HINGE && model_.jnt_type[j] != mjJNT_SLIDE)
+          return refuse("has ball or free joint " + joint(j) + " in a loop; joints must be hinges or slides");
+      }
       groups_.join(between);
       loops_.push_back(loop);
       first_joint_.push_back(between.front());

@@ -63,12 +63,13 @@ Settling::Settling(const mjModel& model, const std::vector<char>& free)
   }
   const Eigen::VectorXd springs = spring_scale(m);
   const double largest = springs.maxCoeff(), common = largest > 0 ? largest : 1;
+  std::fill_n(m.dof_armature, m.nv, kHeld * common);
   std::fill_n(m.body_mass, m.nbody, 0.0);
   std::fill_n(m.body_inertia, 3 * m.nbody, 0.0);
   for (int j = 0; j < m.njnt; ++j) {
     const bool moves = free[static_cast<std::size_t>(j)] != 0;
     const int dof = m.jnt_dofadr[j];
-    m.dof_armature[dof] = !moves ? kHeld * common : springs[dof] > 0 ? springs[dof] : common;
+    if (moves) m.dof_armature[dof] = springs[dof] > 0 ? springs[dof] : common;
     m.jnt_limited[j] = m.jnt_limited[j] && moves;
     m.jnt_margin[j] = 0;
     make_hard(m.jnt_solref + mjNREF * j, m.jnt_solimp + mjNIMP * j);

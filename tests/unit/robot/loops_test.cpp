@@ -134,8 +134,8 @@ TEST(Loops, ThatNoListedJointLeadsStayWhereTheyComeToRest) {
   FourBar about{.coupling = ""};
   const RobotFolder folder;
   write_four_bar(folder, about);
-  folder.put("robot.xml", replaced(read_file(folder.path("robot.xml")).value(), "name=\"right\" ",
-                                   "name=\"right\" stiffness=\"0.3\" springref=\"0.5\" "));
+  folder.put("robot.xml", replaced(read_file(folder.path("robot.xml")).value(), "<joint name=\"right\" ",
+                                   "<joint name=\"right\" stiffness=\"0.3\" springref=\"0.5\" "));
   const Robot robot = folder.load().value();
   for (const double crank : {-0.3, 0.4}) {
     EXPECT_NEAR(value(robot, "right", crank), 0.5, 1e-6);
@@ -157,7 +157,7 @@ TEST(Loops, ThatCannotBeReadAreRefusedInWords) {
   world.more_equalities = R"(<connect body1="left_finger" anchor="0 0 0"/>)";
   expect(world, {"'a1' of the arm", "'left_finger' and 'world'"});
   FourBar open;
-  open.connect = R"(<weld body1="SIDE_crank" body2="SIDE_finger" relpose="0 0 0.08 1 0 0 0"/>
+  open.connect = R"(<weld body1="SIDE_crank" body2="SIDE_finger" relpose="0 0.01 0.07 1 0 0 0"/>
                     <joint joint1="SIDE_rocker" joint2="SIDE"/>)";
   expect(open, {"stays open by 10 mm", "'left_crank' and 'left_finger'", "home"});
   FourBar stiff;
@@ -165,7 +165,8 @@ TEST(Loops, ThatCannotBeReadAreRefusedInWords) {
   expect(stiff, {"stays open by", "home"});
   FourBar loose;
   loose.connect = "";
-  loose.coupling = R"(<connect body1="left_finger" body2="right_finger" anchor="0 0 0.05"/>)";
+  loose.coupling = R"(<connect body1="left_finger" body2="right_finger" anchor="0 0 0.05"/>
+                      <joint joint1="left_rocker" joint2="left"/><joint joint1="right_rocker"/>)";
   expect(loose, {"leaves joint", "neither the loop nor a spring"});
 }
 
