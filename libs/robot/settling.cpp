@@ -90,31 +90,37 @@ Settling::Settling(const mjModel& model, const std::vector<char>& free)
   mj_resetData(&m, data_.get());
 }
 
-double Settling::step() {
+double Settling::step(double part) {
   const mjModel& m = *model_;
   mj_forward(&m, data_.get());
-  double largest = 0;
-  for (const int j : free_) {
-    const double part = std::abs(data_->qacc[m.jnt_dofadr[j]]) / (m.jnt_type[j] == mjJNT_SLIDE ? kSlideRadian : 1.0);
-    if (!std::isfinite(part)) return std::numeric_limits<double>::infinity();
-    largest = std::max(largest, part);
+  Eigen::VectorXd way(static_cast<Eigen::Index>(free_.size()));
+  for (Eigen::Index i = 0; i < way.size(); ++i) {
+    const int j = free_[static_cast<std::size_t>(i)];
+    way[i] = data_->qacc[m.jnt_dofadr[j]] / (m.jnt_type[j] == mjJNT_SLIDE ? kSlideRadian : 1.0);
   }
-  const double fraction = largest > kLongestStep ? kLongestStep / largest : 1.0;
+  if (!way.allFinite()) return std::numeric_limits<double>::infinity();
+  const double largest = way.size() ? way.cwiseAbs().maxCoeff() : 0.0;
+  const double fraction = largest * part > kLongestStep ? kLongestStep / largest : part;
   for (const int j : free_) data_->qpos[m.jnt_qposadr[j]] += fraction * data_->qacc[m.jnt_dofadr[j]];
+  turned_back_ = way_.size() == way.size() && way_.squaredNorm() > 0 ? -way.dot(way_) / way_.squaredNorm() : 0;
+  way_ = std::move(way);
   return largest;
 }
 
 Settling::Rest Settling::settle(bool find_unheld) {
   bool found = false;
+  double part = 1;
+  way_.resize(0);
   for (int k = 0; k < kMostSteps && !found; ++k) {
-    const double moved = step();
+    const double moved = step(part);
     if (!std::isfinite(moved)) return {};
     found = moved < kAtRest;
+    if (turned_back_ > 0.6) part = std::max(part / 2, 1e-3);
   }
   const int loose = find_unheld ? unheld() : -1;
   model_->opt.disableflags |= mjDSBL_PASSIVE;
   for (int k = 0; k < kMostClosingSteps; ++k) {
-    if (!(step() >= 1e-3 * kAtRest)) break;
+    if (!(step(1) >= 1e-3 * kAtRest)) break;
   }
   Rest rest = measure();
   model_->opt.disableflags &= ~mjDSBL_PASSIVE;

@@ -17,8 +17,9 @@ namespace primo::robot {
 ///
 /// Each step is one of sequential quadratic programming, min ½ dᵀ M d + ∇V(q)ᵀ d so that the constraints, linear about
 /// q, hold at q + d: which is what MuJoCo's solver computes as the acceleration of a body at rest when the constraints'
-/// stiffness is 1/s² and the inertia M. M is diagonal and as large as the springs' stiffness where they are loaded, so
-/// that a step does not go too far. At the end springs are left out, so that constraints are not stretched by them.
+/// stiffness is 1/s² and the inertia M. M is diagonal, of the springs' stiffness; where loaded constraints are curved
+/// that may be too little, and steps that go back and forth are shortened. At the end springs are left out, so that
+/// constraints are not stretched by them.
 class Settling {
  public:
   /// free: by joint, which come to rest; all joints must be hinges or slides.
@@ -43,13 +44,15 @@ class Settling {
   Rest measure();
 
  private:
-  /// One step. Returns its largest part, rad (slides: ten times that in m).
-  double step();
+  /// This part of one step. Returns the step's largest entry, rad (slides: ten times that in m).
+  double step(double part);
   int unheld() const;
 
   ModelPointer model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
-  std::vector<int> free_;  // joints
+  std::vector<int> free_;   // joints
+  Eigen::VectorXd way_;     // the last step, by free joint
+  double turned_back_ = 0;  // how far the last step went against the one before, of its own length; ≤ 0: not at all
 };
 
 }  // namespace primo::robot
