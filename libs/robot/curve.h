@@ -5,8 +5,8 @@
 
 namespace primo::robot {
 
-/// Cubic Hermite interpolation with slopes by central differences (of second order at the ends): of an analytic
-/// function, values are right to the fourth order of the spacing, slopes to the second. Straight beyond the ends.
+/// Cubic Hermite interpolation with slopes by differences of second order: of a smooth function, values are right to
+/// the third order of the spacing, slopes to the second. Straight beyond the ends.
 class Curve {
  public:
   /// values[k] at first + k · step. @pre at least three values, step > 0.

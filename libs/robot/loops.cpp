@@ -13,7 +13,7 @@
 namespace primo::robot {
 namespace {
 
-constexpr int kParts = 64;          // of a curve; values are right to the fourth power of one
+constexpr int kParts = 64;          // of a curve; values are right to the third power of one
 constexpr int kWayHome = 32;        // steps from where the model is assembled to the hand's home
 constexpr double kMostOpen = 1e-3;  // m, rad
 

@@ -162,7 +162,8 @@ int Settling::unheld() const {
     if (norm > 1e-9) H += row * row.transpose() / (norm * norm);
   };
   for (int row = 0; row < data_->nefc; ++row) {
-    if (data_->efc_type[row] != mjCNSTR_EQUALITY && data_->efc_force[row] == 0) continue;  // a limit that is away
+    const bool loaded = data_->efc_force[row] > 1e-6 * m.stat.meaninertia;
+    if (data_->efc_type[row] != mjCNSTR_EQUALITY && !loaded) continue;  // a limit that nothing rests on
     add(row_of([&](int j) { return data_->efc_J[row * m.nv + m.jnt_dofadr[j]]; }));
   }
   for (Eigen::Index i = 0; i < n; ++i) H(i, i) += m.jnt_stiffness[free_[static_cast<std::size_t>(i)]] > 0 ? 1 : 0;
