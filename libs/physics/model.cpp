@@ -19,7 +19,8 @@ namespace {
 /// slow. The solver's matrices, a row a constraint, have to fit the stack several times.
 std::string size_mjcf(const robot::Robot* robot, int objects) {
   const int joints = robot ? static_cast<int>(robot->chain().size()) : 0, more = std::max(0, joints - 15);
-  const int rows = 400 + 100 * objects + 30 * more, contacts = 100 + 25 * objects + 10 * more;
+  const int loops = robot ? static_cast<int>(robot->loops().size()) : 0;
+  const int rows = 400 + 100 * objects + 30 * more + 6 * loops, contacts = 100 + 25 * objects + 10 * more;
   const int stack = std::max(400000 + 120000 * objects, 8 * rows * (joints + 6 * objects));
   return "  <size njmax=\"" + std::to_string(rows) + "\" nconmax=\"" + std::to_string(contacts) + "\" nstack=\"" +
          std::to_string(stack) + "\"/>\n";
