@@ -146,7 +146,7 @@ Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scena
   // Filtered out with the robot: what its hand holds.
   scene::Scenario seen = scenario;
   std::erase_if(seen.objects, [&](const scene::Object& object) { return scenario.holds(object.name); });
-  PRIMO_ASSIGN(const Model model, assemble(nullptr, seen, {.moves = false}));
+  PRIMO_ASSIGN(const Model model, assemble(nullptr, seen, {.moves = false, .extra = {}}));
   Data data(model);
   mj_kinematics(model.get(), data.get());
   const auto cameras = scenario.cameras.empty() ? scene::default_cameras(scenario.table) : scenario.cameras;
