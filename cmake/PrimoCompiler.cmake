@@ -23,3 +23,12 @@ if(PRIMO_SANITIZE)
   add_compile_options(-fsanitize=${PRIMO_SANITIZE} -fno-omit-frame-pointer -g1)
   add_link_options(-fsanitize=${PRIMO_SANITIZE})
 endif()
+if(PRIMO_BUILD_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    message(FATAL_ERROR "PRIMO_BUILD_FUZZ needs clang: configure with --preset fuzz, or -DCMAKE_CXX_COMPILER=clang++")
+  endif()
+  # Global, so that the fuzzers see which branches of the libraries an input reaches, and every error ends the run.
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined
+                      -fno-omit-frame-pointer -g1)
+  add_link_options(-fsanitize=address,undefined)
+endif()
