@@ -87,6 +87,8 @@ struct ClientCore::Impl {
   std::function<void(const std::string&)> waiting_callback;
   std::string waiting_said;
 
+  Clock::time_point sleeps_until{};  ///< the thread; step() is not called by it earlier
+
   std::mutex wake;
   std::condition_variable woken;
   bool pending_wake = false, stop = false;
@@ -251,6 +253,7 @@ void ClientCore::Impl::run() {
       const std::lock_guard lock(mutex);
       step();
       next = table.next_time();
+      sleeps_until = next.value_or(Clock::time_point::max());
     }
     std::unique_lock lock(wake);
     const auto has_news = [&] { return pending_wake || stop; };
@@ -305,7 +308,8 @@ Result<std::string> ClientCore::submit(std::shared_ptr<void> request, Completion
   impl_->table.add(id);
   ++impl_->counts.submitted;
   impl_->step();
-  impl_->wake_up();
+  // The thread is for what time brings. It need not wake for a job whose deadline comes after those it waits for.
+  if (const auto next = impl_->table.next_time(); next && *next < impl_->sleeps_until) impl_->wake_up();
   return std::to_string(id);
 }
 

@@ -56,7 +56,9 @@ std::string seconds_text(double value) {
 DataWriterQos writer_qos(const TopicInfo& topic, Quality quality, std::chrono::milliseconds lease) {
   DataWriterQos qos = DATAWRITER_QOS_DEFAULT;
   common(qos, topic, quality, lease);
-  qos.reliable_writer_qos().times.heartbeatPeriod = duration(std::chrono::milliseconds(20));
+  // Between processes of a host hardly a sample is lost; of jobs, each heartbeat would wake four threads for nothing.
+  const auto heartbeat = quality == Quality::job ? std::chrono::milliseconds(100) : std::chrono::milliseconds(20);
+  qos.reliable_writer_qos().times.heartbeatPeriod = duration(heartbeat);
   if (quality == Quality::status) qos.liveliness().announcement_period = duration(lease / 4);
   return qos;
 }

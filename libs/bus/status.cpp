@@ -21,6 +21,8 @@ using Clock = std::chrono::steady_clock;
 using Message = primo_msgs::msg::WorkerStatus;
 
 constexpr auto kRateWindow = std::chrono::seconds(5);
+/// What only counts is published so often; between, the heartbeat is enough.
+constexpr auto kCountsPeriod = std::chrono::seconds(1);
 
 Message to_message(const WorkerInfo& info) {
   Message message;
@@ -87,7 +89,10 @@ struct StatusPublisher::Impl {
   WorkerInfo info;
   int in_work = 0;
   std::deque<std::pair<Clock::time_point, std::uint64_t>> finished;  ///< for the rate
-  bool dirty = true, urgent = true, stop = false;
+  bool dirty = true;                                                 ///< what is said differs from what was published
+  bool urgent = true;                                                ///< to be published now
+  bool beat = false;                                                 ///< time for a heartbeat
+  bool stop = false;
   std::thread thread;
 };
 
@@ -104,7 +109,7 @@ void StatusPublisher::Impl::update_rate() {
 
 void StatusPublisher::Impl::run() {
   std::unique_lock lock(mutex);
-  auto next = Clock::now(), last = next;
+  auto next = Clock::now(), last = next, published = next - kCountsPeriod;
   while (!stop) {
     const auto now = Clock::now();
     const auto gap = std::chrono::duration_cast<std::chrono::milliseconds>(now - std::exchange(last, now));
@@ -114,20 +119,27 @@ void StatusPublisher::Impl::run() {
       lock.lock();
     }
     if (now >= next) {
-      next = now + lease / 4;
-      update_rate();
-      urgent = true;
+      next = now + lease / 3;
+      if (now - published >= kCountsPeriod) {
+        update_rate();
+        urgent = dirty;
+      }
+      beat = true;
     }
-    if (urgent) {
-      const bool publish = dirty;
-      urgent = dirty = false;
+    if (urgent || beat) {
+      const bool publish = urgent;
+      if (publish) {
+        dirty = false;
+        published = now;
+      }
+      urgent = beat = false;
       const Message message = to_message(info);
       lock.unlock();
       // A failure shows itself: others take this process for dead.
       if (!publish || !writer->write(&message).ok()) (void)writer->assert_liveliness();
       lock.lock();
     }
-    changed.wait_until(lock, next, [&] { return stop || (urgent && dirty); });
+    changed.wait_until(lock, next, [&] { return stop || urgent; });
   }
 }
 

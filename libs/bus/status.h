@@ -40,7 +40,7 @@ struct StatusSettings {
   std::string role;
   unsigned credits = 0;
   std::string config_hash, version;
-  std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a quarter of it
+  std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a third of it
   /// Called when this process was stopped for longer than `membership`, which is to be BusSettings::lease_ms: others
   /// have forgotten it, and DDS does not introduce it to them again.
   std::chrono::milliseconds membership{10000};
@@ -48,7 +48,7 @@ struct StatusSettings {
 };
 
 /// Publishes this process's status and keeps asserting its liveliness from a thread of its own. Thread-safe.
-/// Changes between idle and busy are published with the next heartbeat, all others at once.
+/// Counts and changes between idle and busy are published once a second, all else at once.
 class StatusPublisher {
  public:
   static Result<std::unique_ptr<StatusPublisher>> create(const Participant& participant, StatusSettings settings);

@@ -51,7 +51,4 @@ CriterionEntry iterations_criterion();
 std::vector<ClearancePair> clearance_pairs(const scene::Scenario& scenario, const std::string& target);
 std::vector<ClearancePair> target_pairs(const scene::Scenario& scenario, const std::string& target);
 
-/// The row of q from which on a held object may come near its support: what is before must be clear of it.
-Eigen::Index late_row(const Eigen::MatrixXd& q);
-
 }  // namespace primo::physics

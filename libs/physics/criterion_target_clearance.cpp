@@ -1,28 +1,22 @@
-#include <algorithm>
-#include <cmath>
-
 #include "physics/criteria.h"
+#include "physics/set_down.h"
 
 namespace primo::physics {
 namespace {
 
-/// Of a held object to its support: as it is in the late part, where it may touch; before that it must be clear, so its
-/// distance counts less by as much as the margin allows later.
+/// Of a held object to its support where they may touch; before that they must be apart, so the distance counts less
+/// by what the margin allows later and by the resolution of a path's distance.
 double held_clearance(const Motion& motion) {
   ClearanceQuery query(motion.robot, target_pairs(motion.scenario, motion.target),
                        held_shape(motion.robot, motion.scenario));
-  const Eigen::Index late = late_row(motion.q);
-  const double early = query.over(motion.q.topRows(late + 1));
-  return std::min(early + motion.settings.target_margin, query.over(motion.q.bottomRows(motion.q.rows() - late)));
+  const SetDown parts = set_down(motion.robot, motion.scenario, motion.settings, motion.q);
+  // The distance before is of interest only where it decides.
+  const double touching = query.over(parts.contact);
+  const double deduction = ClearanceQuery::kTolerance - motion.settings.target_margin;
+  return query.over(parts.approach, touching + deduction) - deduction;
 }
 
 }  // namespace
-
-Eigen::Index late_row(const Eigen::MatrixXd& q) {
-  // The published place lowers in the last eighth; a little more time for motions that come down earlier.
-  constexpr double kLate = 0.85;
-  return static_cast<Eigen::Index>(std::ceil(kLate * static_cast<double>(q.rows() - 1)));
-}
 
 std::vector<ClearancePair> target_pairs(const scene::Scenario& scenario, const std::string& target) {
   if (scenario.holds(target)) {
@@ -41,7 +35,7 @@ std::vector<ClearancePair> target_pairs(const scene::Scenario& scenario, const s
 CriterionEntry target_clearance_criterion() {
   return {"target_clearance", "m",
           "smallest distance of the hand to the target: a hand that sweeps through it would knock it over; of a held "
-          "object to its support",
+          "object to its support, which it may touch only where it comes down",
           true, [](const Motion& motion) {
             const double margin = motion.settings.target_margin;
             double value = 0;

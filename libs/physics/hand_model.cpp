@@ -24,6 +24,11 @@ class SubtreeWriter {
   std::string equalities() const {
     std::string text;
     for (int e = 0; e < m_->neq; ++e) {
+      const bool connects = m_->eq_type[e] == mjEQ_CONNECT;
+      if (m_->eq_active[e] && (connects || m_->eq_type[e] == mjEQ_WELD)) {
+        text += connects ? connect(e) : weld(e);
+        continue;
+      }
       const bool joints = m_->eq_type[e] == mjEQ_JOINT;
       if ((!joints && m_->eq_type[e] != mjEQ_TENDON) || !m_->eq_active[e]) continue;
       const int id1 = m_->eq_obj1id[e], id2 = m_->eq_obj2id[e];
@@ -33,9 +38,7 @@ class SubtreeWriter {
       const mjtObj type = joints ? mjOBJ_JOINT : mjOBJ_TENDON;
       text += "    <" + kind + " " + kind + "1=\"" + name(type, id1) + "\"";
       if (id2 >= 0) text += " " + kind + "2=\"" + name(type, id2) + "\"";
-      text += attribute("polycoef", m_->eq_data + mjNEQDATA * e, 5) +
-              attribute("solref", m_->eq_solref + mjNREF * e, mjNREF) +
-              attribute("solimp", m_->eq_solimp + mjNIMP * e, mjNIMP) + "/>\n";
+      text += attribute("polycoef", m_->eq_data + mjNEQDATA * e, 5) + solver(e);
     }
     return text;
   }
@@ -66,6 +69,34 @@ class SubtreeWriter {
   }
 
  private:
+  std::string solver(int e) const {
+    return attribute("solref", m_->eq_solref + mjNREF * e, mjNREF) +
+           attribute("solimp", m_->eq_solimp + mjNIMP * e, mjNIMP) + "/>\n";
+  }
+
+  /// The two bodies of an equality; nothing when one of them is not of this subtree.
+  std::string bodies_of(int e) const {
+    const int id1 = m_->eq_obj1id[e], id2 = m_->eq_obj2id[e];
+    if (!inside(id1) || !inside(id2)) return {};
+    return " body1=\"" + name(mjOBJ_BODY, id1) + "\" body2=\"" + name(mjOBJ_BODY, id2) + "\"";
+  }
+
+  std::string connect(int e) const {
+    const std::string bodies = bodies_of(e);
+    // Where the second body has the anchor MuJoCo finds again from the joints' reference positions.
+    return bodies.empty() ? bodies
+                          : "    <connect" + bodies + attribute("anchor", m_->eq_data + mjNEQDATA * e, 3) + solver(e);
+  }
+
+  /// MuJoCo's eq_data of a weld: anchor in the second body, pose of the second body in the first, torque scale.
+  std::string weld(int e) const {
+    const std::string bodies = bodies_of(e);
+    const mjtNum* data = m_->eq_data + mjNEQDATA * e;
+    return bodies.empty() ? bodies
+                          : "    <weld" + bodies + attribute("anchor", data, 3) + attribute("relpose", data + 3, 7) +
+                                attribute("torquescale", data + 10, 1) + solver(e);
+  }
+
   bool inside(int b) const { return inside_[static_cast<std::size_t>(b)]; }
   bool tendon_inside(int t) const {
     for (int w = m_->tendon_adr[t]; w < m_->tendon_adr[t] + m_->tendon_num[t]; ++w) {
@@ -193,7 +224,8 @@ std::string hand_size_mjcf(const robot::Robot& robot) {
   const auto& links = robot.link_shapes();
   const auto shapes = static_cast<int>(std::count_if(links.begin(), links.end(), [](const auto& l) { return l.hand; }));
   const auto joints = static_cast<int>(robot.chain().size());
-  const int rows = std::max(300, 24 * shapes + 3 * joints), contacts = std::max(60, 6 * shapes);
+  const int rows = std::max(300, 24 * shapes + 3 * joints) + 6 * static_cast<int>(robot.loops().size()),
+            contacts = std::max(60, 6 * shapes);
   return "  <size njmax=\"" + std::to_string(rows) + "\" nconmax=\"" + std::to_string(contacts) + "\" nstack=\"" +
          std::to_string(std::max(100000, 8 * rows * (joints + 6))) + "\"/>\n";
 }

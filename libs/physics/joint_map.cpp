@@ -8,6 +8,33 @@
 
 namespace primo::physics {
 
+namespace {
+
+/// Gives the links that hang on a finger by loops to it: the other side of the loop, up to what is shared.
+void add_links_in_loops(const robot::Robot& robot, const std::vector<int>& users, std::vector<int>& finger) {
+  constexpr int kShared = -2;
+  const auto& bodies = robot.bodies();
+  for (bool more = true; more;) {
+    more = false;
+    for (const auto& [one, two] : robot.loops()) {
+      for (const auto& [from, to] : {std::pair(one, two), std::pair(two, one)}) {
+        const int owner = finger[static_cast<std::size_t>(from)];
+        if (owner == -1) continue;
+        for (int b = to; b > 0 && bodies[static_cast<std::size_t>(b)].hand && users[static_cast<std::size_t>(b)] == 0;
+             b = bodies[static_cast<std::size_t>(b)].parent) {
+          int& mine = finger[static_cast<std::size_t>(b)];
+          const int now = mine == -1 || mine == owner ? owner : kShared;
+          more = more || now != mine;
+          mine = now;
+        }
+      }
+    }
+  }
+  std::replace(finger.begin(), finger.end(), kShared, -1);
+}
+
+}  // namespace
+
 std::vector<int> finger_of_body(const robot::Robot& robot) {
   const auto& bodies = robot.bodies();
   std::vector<int> users(bodies.size(), 0), finger(bodies.size(), -1);
@@ -24,6 +51,7 @@ std::vector<int> finger_of_body(const robot::Robot& robot) {
       finger[i] = static_cast<int>(t);
     }
   }
+  add_links_in_loops(robot, users, finger);
   return finger;
 }
 
@@ -41,8 +69,7 @@ JointMap::JointMap(const robot::Robot& robot, const mjModel* model)
       arm_(robot.arm_joints()) {
   for (const auto& joint : robot.chain()) {
     const int id = mj_name2id(model, mjOBJ_JOINT, joint.name.c_str());
-    if (id >= 0)
-      slots_.push_back({joint.index, model->jnt_qposadr[id], model->jnt_dofadr[id], joint.offset, joint.ratio});
+    if (id >= 0) slots_.push_back({joint, model->jnt_qposadr[id], model->jnt_dofadr[id]});
   }
   for (int i = 0; i < robot.joints(); ++i) {
     const int id = mj_name2id(model, mjOBJ_JOINT, robot.joint_names()[static_cast<std::size_t>(i)].c_str());
@@ -66,7 +93,7 @@ JointMap::JointMap(const robot::Robot& robot, const mjModel* model)
 
 void JointMap::set(mjData* data, const Eigen::VectorXd& q) const {
   for (const auto& slot : slots_) {
-    data->qpos[slot.qpos] = slot.offset + slot.ratio * q[slot.index];
+    data->qpos[slot.qpos] = slot.joint.value(q[slot.joint.index]);
     data->qvel[slot.dof] = 0;
   }
 }

@@ -53,8 +53,8 @@ class JointMap {
 
  private:
   struct Slot {
-    int index = 0, qpos = 0, dof = 0;
-    double offset = 0, ratio = 1;
+    robot::ChainJoint joint;
+    int qpos = 0, dof = 0;
   };
   std::vector<Slot> slots_;
   std::vector<int> qpos_, dof_;      // by listed joint; −1: not in the model
@@ -67,6 +67,7 @@ class JointMap {
 };
 
 /// For each body of the robot, the fingertip whose own chain it is part of (not shared with another fingertip), or −1.
+/// Links that loops tie to one finger's chain are part of it, too.
 std::vector<int> finger_of_body(const robot::Robot& robot);
 
 /// A slide joint of a finger moves as far as the tip of a hinged finger of this length would, m for each rad.

@@ -12,6 +12,7 @@
 #include "physics/criteria.h"
 #include "physics/execution.h"
 #include "physics/place_trial.h"
+#include "physics/set_down.h"
 #include "physics/survival.h"
 #include "robot/distance.h"
 #include "scene/held.h"
@@ -286,7 +287,8 @@ std::optional<std::string> first_touched(const robot::Robot& robot, const JudgeR
   ClearanceQuery hand(robot, hand_pairs, held);
   const auto a = scene.first_below(request.q, request.settings.clearance_margin);
   // A held object that comes down on its support too deep is stopped there; before that it knocks the support over.
-  const auto b = held ? hand.first_below(request.q.topRows(late_row(request.q) + 1), 0)
+  const auto b = held ? hand.first_below(set_down(robot, request.scenario, request.settings, request.q).approach,
+                                         ClearanceQuery::kTolerance)
                       : hand.first_below(request.q, request.settings.target_margin);
   if (b && (!a || b->step < a->step)) return held ? request.scenario.action[2] : target;
   if (a) return pairs[static_cast<std::size_t>(a->pair)].obstacle.name;

@@ -19,10 +19,17 @@ namespace {
 /// slow. The solver's matrices, a row a constraint, have to fit the stack several times.
 std::string size_mjcf(const robot::Robot* robot, int objects) {
   const int joints = robot ? static_cast<int>(robot->chain().size()) : 0, more = std::max(0, joints - 15);
-  const int rows = 400 + 100 * objects + 30 * more, contacts = 100 + 25 * objects + 10 * more;
+  const int loops = robot ? static_cast<int>(robot->loops().size()) : 0;
+  const int rows = 400 + 100 * objects + 30 * more + 6 * loops, contacts = 100 + 25 * objects + 10 * more;
   const int stack = std::max(400000 + 120000 * objects, 8 * rows * (joints + 6 * objects));
   return "  <size njmax=\"" + std::to_string(rows) + "\" nconmax=\"" + std::to_string(contacts) + "\" nstack=\"" +
          std::to_string(stack) + "\"/>\n";
+}
+
+/// What compiling needs: matrices of the degrees of freedom.
+std::string still_size_mjcf(const scene::Scenario& scenario) {
+  const std::size_t freedoms = 6 * scenario.objects.size();
+  return "  <size njmax=\"1\" nconmax=\"1\" nstack=\"" + std::to_string(10000 + 4 * freedoms * freedoms) + "\"/>\n";
 }
 
 /// MuJoCo 2.2 finds contacts decimetres deep where two boxes' faces lie in each other, exactly or by micrometres, as
@@ -139,7 +146,7 @@ Result<Model> assemble(const robot::Robot* robot, const scene::Scenario& scenari
   std::string mjcf = "<mujoco model=\"scene\">\n";
   if (robot) mjcf += robot->mjcf();
   mjcf += solver_mjcf(options.timestep);
-  mjcf += size_mjcf(robot, static_cast<int>(scenario.objects.size()));
+  mjcf += options.moves ? size_mjcf(robot, static_cast<int>(scenario.objects.size())) : still_size_mjcf(scenario);
   mjcf +=
       "  <worldbody>\n    <geom name=\"floor\" type=\"plane\" size=\"4 4 0.1\" group=\"0\" rgba=\"0.8 0.82 0.85 1\"" +
       contact_attributes() + "/>\n";

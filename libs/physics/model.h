@@ -65,6 +65,7 @@ inline constexpr int kFixtureGroup = 0, kObjectGroup = 1, kRobotGroup = 2, kHidd
 
 struct AssembleOptions {
   double timestep = 0.002;  ///< s
+  bool moves = true;        ///< false: only its geometry is asked for, so no room is made for contacts
   std::string extra;        ///< MJCF sections put after the scene, e.g. <asset> and <visual> of a picture
 };
 

@@ -40,18 +40,20 @@ Eigen::VectorXd lever_arms(const robot::Robot& robot, const std::vector<robot::L
     // their travel).
     Eigen::Vector3d from = robot.pose(home, link).translation();
     double length = robot::bounding_radius(link.shape);
+    Eigen::VectorXd own = Eigen::VectorXd::Zero(robot.joints());  // one q may drive several joints of a finger
     for (int body = link.body; body > 0; body = robot.bodies()[static_cast<std::size_t>(body)].parent) {
       for (auto j = chain.size(); j-- > 0;) {
         if (chain[j].body != body) continue;
         length += (from - home.anchor_W[j]).norm();
         from = home.anchor_W[j];
         const double per_unit = chain[j].slide ? 1.0 : length;
-        lever[chain[j].index] = std::max(lever[chain[j].index], std::abs(chain[j].ratio) * per_unit);
+        own[chain[j].index] += std::abs(chain[j].ratio) * per_unit;
         if (chain[j].slide) {
           length += std::abs(chain[j].ratio) * (robot.upper()[chain[j].index] - robot.lower()[chain[j].index]);
         }
       }
     }
+    lever = lever.cwiseMax(own);
   }
   return lever;
 }
@@ -112,9 +114,9 @@ double ClearanceQuery::refine(const Eigen::VectorXd& a, double distance_a, const
   return refine(middle, distance_m, b, distance_b, best, depth - 1);
 }
 
-double ClearanceQuery::over(const Eigen::MatrixXd& q) {
+double ClearanceQuery::over(const Eigen::MatrixXd& q, double enough) {
   std::vector<double> distances(static_cast<std::size_t>(q.rows()));
-  double best = kFar;
+  double best = enough;
   for (Eigen::Index t = 0; t < q.rows(); ++t) {
     distances[static_cast<std::size_t>(t)] = at(q.row(t).transpose());
     best = std::min(best, distances[static_cast<std::size_t>(t)]);

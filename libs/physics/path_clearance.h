@@ -45,8 +45,8 @@ class ClearanceQuery {
 
   /// Smallest signed distance over the path q_0 … q_T (rows), joints interpolated linearly: at most kTolerance (1 mm)
   /// above the truth, by branch and bound with a Lipschitz bound of the motion. Deeper than −0.1 m it is only known to
-  /// be that deep.
-  double over(const Eigen::MatrixXd& q);
+  /// be that deep. `enough`, m, if none is smaller: what is above need not be known.
+  double over(const Eigen::MatrixXd& q, double enough = kFar);
 
   /// The first time along the path, in steps, at which the distance falls below `margin`, to within 5 mm of motion, and
   /// the pair that does.

@@ -42,7 +42,7 @@ Pose support_pose(const scene::Scenario& scenario) {
 Stacking stacking(const scene::Scenario& scenario, const Pose& X_WX, const Pose& X_WY) {
   const scene::Object& x = *scenario.object(scenario.action[1]);
   const Shape y = support_shape(scenario);
-  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ(), apart = X_WX.translation() - X_WY.translation();
+  const Eigen::Vector3d apart = X_WX.translation() - X_WY.translation();
   // Half heights are those of the bodies standing: what a leaning one lacks is a wrong height.
   const auto half_height = [](const Shape& shape) { return shape.size[shape.type == ShapeType::box ? 2 : 1]; };
   Stacking s;

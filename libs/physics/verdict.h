@@ -160,7 +160,7 @@ struct Verdict {
   double survival = 0;              ///< fraction of the jiggle survived
   double position_error = 0;        ///< m, at T: grasp centre to object centre, or held object to its place
   double clearance = 0;             ///< m, minimum over the path, robot and held object to obstacles and table
-  double target_clearance = 0;      ///< m, minimum over the path, hand to target or held object to its support
+  double target_clearance = 0;      ///< m, minimum over the path, hand to target or held object to support (set_down.h)
   double limit_margin = 0;          ///< rad, minimum over the path
   double max_speed = 0;             ///< rad/s, arm
   double path_length = 0;           ///< rad, Euclidean in joint space

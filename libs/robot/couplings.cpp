@@ -58,11 +58,7 @@ class CouplingSolver {
   Status add_row(int e) {
     const int type = model_.eq_type[e];
     const std::string name = name_of(model_, mjOBJ_EQUALITY, e);
-    if (type != mjEQ_JOINT && type != mjEQ_TENDON) {
-      return refuse("closes a loop with equality '" + name +
-                    "' (connect, weld or distance); a robot is an open chain: couple the joints by <joint> or <tendon> "
-                    "equalities");
-    }
+    if (type != mjEQ_JOINT && type != mjEQ_TENDON) return success();  // a loop
     const mjtNum* a = model_.eq_data + mjNEQDATA * e;
     Row row{name, {}, a[0]};
     for (const int side : {0, 1}) {
@@ -121,7 +117,7 @@ class CouplingSolver {
     const double own = row.coefficients.at(follower);
     // A joint that follows none stays where the equality puts it.
     drives_[follower] = {std::max(index, 0), model_.qpos0[model_.jnt_qposadr[follower]] + constant / own,
-                         index < 0 ? 0.0 : -slope / own};
+                         index < 0 ? 0.0 : -slope / own, nullptr};
     return success();
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "robot/couplings.h"
+#include "robot/loops.h"
 #include "robot/mjcf.h"
 #include "robot/robot.h"
 
@@ -107,11 +108,17 @@ class ModelReader {
   }
 
   Status read_couplings() {
-    PRIMO_TRY(solve_couplings(model_, where_ + ": '" + mjcf_ + "'", drives_));
+    const std::string where = where_ + ": '" + mjcf_ + "'";
+    PRIMO_TRY(solve_couplings(model_, where, drives_));
+    robot_.tool_body_ = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, robot_.file_.arm.back().joint.c_str())];
+    const ListedJoints listed{robot_.arm_joints(), robot_.tool_body_, robot_.joint_names_,
+                              robot_.home_,        robot_.lower_,     robot_.upper_};
+    PRIMO_ASSIGN(robot_.loops_, close_loops(model_, where, listed, drives_));
     for (int j = 0; j < model_.njnt; ++j) {
       if (drives_[j].index < 0) {
-        return refuse("joint '" + name_of(model_, mjOBJ_JOINT, j) + "' of '" + mjcf_ +
-                      "' is neither listed as an arm or hand joint nor coupled to one by a joint or tendon equality");
+        return refuse(
+            "joint '" + name_of(model_, mjOBJ_JOINT, j) + "' of '" + mjcf_ +
+            "' is neither listed as an arm or hand joint nor coupled to one by a joint or tendon equality or a loop");
       }
     }
     return success();
@@ -146,7 +153,6 @@ class ModelReader {
   }
 
   Status read_bodies() {
-    robot_.tool_body_ = model_.jnt_bodyid[mj_name2id(&model_, mjOBJ_JOINT, robot_.file_.arm.back().joint.c_str())];
     for (int b = 0; b < model_.nbody; ++b) {
       Body body;
       body.name = name_of(model_, mjOBJ_BODY, b);
@@ -178,6 +184,7 @@ class ModelReader {
     joint.slide = type == mjJNT_SLIDE;
     joint.offset = drives_[j].offset;
     joint.ratio = drives_[j].ratio;
+    joint.curve = drives_[j].curve;
     joint.reference = model_.qpos0[model_.jnt_qposadr[j]];
     joint.anchor = Eigen::Map<const Eigen::Vector3d>(model_.jnt_pos + 3 * j);
     joint.axis = Eigen::Map<const Eigen::Vector3d>(model_.jnt_axis + 3 * j).normalized();

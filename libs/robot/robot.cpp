@@ -50,6 +50,7 @@ void Robot::forward(const Eigen::Ref<const Eigen::VectorXd>& q, Kinematics& out)
   out.X_WB.resize(bodies_.size());
   out.anchor_W.resize(chain_.size());
   out.axis_W.resize(chain_.size());
+  out.slope.resize(chain_.size());
   out.X_WB[0].setIdentity();
   for (std::size_t b = 1; b < bodies_.size(); ++b) {
     // Rotations and translations apart: products of Isometry3d would also multiply the constant last row.
@@ -60,7 +61,8 @@ void Robot::forward(const Eigen::Ref<const Eigen::VectorXd>& q, Kinematics& out)
         turned_[b] ? Eigen::Matrix3d(X_WP.linear() * X_PB_[b].linear()) : Eigen::Matrix3d(X_WP.linear());
     for (int j = first_joint_[b]; j < first_joint_[b + 1]; ++j) {
       const ChainJoint& joint = chain_[j];
-      const double displacement = joint.offset + joint.ratio * q[joint.index] - joint.reference;
+      const double displacement = joint.value(q[joint.index]) - joint.reference;
+      out.slope[j] = joint.slope(q[joint.index]);
       if (joint.principal >= 0) {
         out.axis_W[j] = joint.axis[joint.principal] * R.col(joint.principal);
       } else {
@@ -94,7 +96,7 @@ void Robot::add_point_gradient(const Kinematics& kinematics, int body, const Eig
     const ChainJoint& joint = chain_[j];
     const Eigen::Vector3d& axis = kinematics.axis_W[j];
     row[joint.index] +=
-        joint.ratio * (joint.slide ? weight.dot(axis) : weight.dot(axis.cross(p_W - kinematics.anchor_W[j])));
+        kinematics.slope[j] * (joint.slide ? weight.dot(axis) : weight.dot(axis.cross(p_W - kinematics.anchor_W[j])));
   }
 }
 
@@ -102,7 +104,7 @@ void Robot::add_vector_gradient(const Kinematics& kinematics, int body, const Ei
                                 const Eigen::Vector3d& weight, Eigen::Ref<Eigen::RowVectorXd> row) const {
   for (const int j : moving_[body]) {
     const ChainJoint& joint = chain_[j];
-    if (!joint.slide) row[joint.index] += joint.ratio * weight.dot(kinematics.axis_W[j].cross(v_W));
+    if (!joint.slide) row[joint.index] += kinematics.slope[j] * weight.dot(kinematics.axis_W[j].cross(v_W));
   }
 }
 
@@ -110,7 +112,7 @@ void Robot::add_angular_gradient(const Kinematics& kinematics, int body, const E
                                  Eigen::Ref<Eigen::RowVectorXd> row) const {
   for (const int j : moving_[body]) {
     const ChainJoint& joint = chain_[j];
-    if (!joint.slide) row[joint.index] += joint.ratio * weight.dot(kinematics.axis_W[j]);
+    if (!joint.slide) row[joint.index] += kinematics.slope[j] * weight.dot(kinematics.axis_W[j]);
   }
 }
 
@@ -120,9 +122,9 @@ Eigen::Matrix3Xd Robot::point_jacobian(const Kinematics& kinematics, int body, c
     const ChainJoint& joint = chain_[j];
     const Eigen::Vector3d& axis = kinematics.axis_W[j];
     if (joint.slide) {
-      J.col(joint.index) += joint.ratio * axis;
+      J.col(joint.index) += kinematics.slope[j] * axis;
     } else {
-      J.col(joint.index) += joint.ratio * axis.cross(p_W - kinematics.anchor_W[j]);
+      J.col(joint.index) += kinematics.slope[j] * axis.cross(p_W - kinematics.anchor_W[j]);
     }
   }
   return J;
@@ -132,7 +134,7 @@ Eigen::Matrix3Xd Robot::vector_jacobian(const Kinematics& kinematics, int body, 
   Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, joints());
   for (const int j : moving_[body]) {
     const ChainJoint& joint = chain_[j];
-    if (!joint.slide) J.col(joint.index) += joint.ratio * kinematics.axis_W[j].cross(v_W);
+    if (!joint.slide) J.col(joint.index) += kinematics.slope[j] * kinematics.axis_W[j].cross(v_W);
   }
   return J;
 }

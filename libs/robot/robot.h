@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "config/config.h"
 #include "core/pose.h"
 #include "core/result.h"
+#include "robot/curve.h"
 #include "robot/shape.h"
 #include "robot/sphere_cover.h"
 
@@ -94,7 +96,7 @@ struct HandJointSpec {
 };
 
 /// A robot file (YAML, see docs/robots.md). Joint order of every q in primo: arm joints, then hand joints. Joints that
-/// an MJCF equality couples to a listed one follow it and are not listed.
+/// an MJCF equality or a loop of the hand couples to a listed one follow it and are not listed.
 struct RobotFile {
   std::string name;
   std::string mjcf;  ///< relative to the robot file
@@ -152,18 +154,30 @@ struct LinkShape {
 
 inline constexpr double kCoverTolerance = 0.01;  ///< m
 
-/// One scalar MJCF joint between a body and its parent. Its value is offset + ratio · q[index].
+/// Two bodies of the hand that an equality holds together, beside the tree that their joints make: by index.
+struct Loop {
+  int body = 0, other = 0;
+};
+
+/// One scalar MJCF joint between a body and its parent. Its value is offset + ratio · q[index], or curve(q[index]) in a
+/// loop of the hand; then ratio is the curve's steepest slope.
 struct ChainJoint {
   std::string name;
   int body = 0;
   int index = 0;       ///< which q drives it
   bool slide = false;  ///< translation along the axis; else a hinge
   double offset = 0, ratio = 1;
+  std::shared_ptr<const Curve> curve = nullptr;
   double reference = 0;             ///< the value at which the joint displaces nothing
   Eigen::Vector3d anchor{0, 0, 0};  ///< in the body frame, m
   Eigen::Vector3d axis{0, 0, 1};    ///< unit, in the body frame
   int principal = -1;               ///< which coordinate axis it is, ±; −1: none
   bool centred = false;             ///< whether the anchor is the body's origin
+
+  /// At this value of q[index].
+  double value(double q) const { return curve ? curve->value(q) : offset + ratio * q; }
+  /// Its derivative there.
+  double slope(double q) const { return curve ? curve->slope(q) : ratio; }
 };
 
 /// Where everything is at one q. Reused between calls: forward() allocates only on the first.
@@ -171,6 +185,7 @@ struct Kinematics {
   std::vector<Pose> X_WB;                 ///< by body
   std::vector<Eigen::Vector3d> anchor_W;  ///< by chain joint, m
   std::vector<Eigen::Vector3d> axis_W;    ///< by chain joint, unit
+  std::vector<double> slope;              ///< by chain joint: its speed for unit speed of the q that drives it
 };
 
 /// The kinematic chain of a robot file, read out of its MJCF model once. Immutable: one object serves any number of
@@ -204,6 +219,8 @@ class Robot {
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<ChainJoint>& chain() const { return chain_; }
   const std::vector<LinkShape>& link_shapes() const { return link_shapes_; }
+  /// Bodies that equalities hold together, beside the tree. forward() has the loops closed.
+  const std::vector<Loop>& loops() const { return loops_; }
   /// The body that the last arm joint moves: the hand's frame P.
   int tool_body() const { return tool_body_; }
   const Frame& grasp_frame() const { return grasp_frame_; }
@@ -252,6 +269,7 @@ class Robot {
   std::vector<int> first_joint_;          // by body: its range in chain_, bodies + 1 entries
   std::vector<std::vector<int>> moving_;  // by body: the chain joints that move it
   std::vector<LinkShape> link_shapes_;
+  std::vector<Loop> loops_;
   int tool_body_ = 0;
   Frame grasp_frame_;
   std::vector<Fingertip> fingertips_;

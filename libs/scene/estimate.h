@@ -31,7 +31,7 @@ struct SceneEstimate {
   std::string scene;  ///< scene_id of the scenario the clouds came from; empty on a live camera
   Table table;
   std::vector<ObjectEstimate> objects;  ///< in order of name
-  std::vector<std::uint8_t> octree;     ///< OctoMap's binary stream (.bt payload)
+  std::vector<std::uint8_t> octree;     ///< OctoMap's binary stream (.bt payload); empty where none was asked for
   double resolution = 0.01;             ///< m, of the octree
 
   const ObjectEstimate* object(const std::string& name) const;

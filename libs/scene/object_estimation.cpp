@@ -83,9 +83,15 @@ struct Part {
   int points = 0;
 };
 
+/// m rms over the points of one shape.
+struct Tolerance {
+  double noise = 0;     ///< what the right shape leaves
+  double residual = 0;  ///< beyond it a cluster is more than one shape
+};
+
 /// Shapes and their points in turns: fit a shape to each part, then give each point to the shape whose surface is
 /// nearest.
-std::optional<std::vector<Part>> split(const Points& points, int parts, double table_z, double residual,
+std::optional<std::vector<Part>> split(const Points& points, int parts, double table_z, const Tolerance& tolerance,
                                        const PerceptionSettings& settings) {
   std::vector<int> part = initial_parts(points, parts);
   std::vector<Part> result(static_cast<std::size_t>(parts));
@@ -96,7 +102,7 @@ std::optional<std::vector<Part>> split(const Points& points, int parts, double t
         if (part[i] == k) own.push_back(points[i]);
       }
       if (static_cast<int>(own.size()) < settings.min_points) return std::nullopt;
-      const auto fit = fit_shape(own, table_z, settings.min_object_height);
+      const auto fit = fit_shape(own, table_z, settings.min_object_height, tolerance.noise);
       if (!fit) return std::nullopt;
       result[static_cast<std::size_t>(k)] = {*fit, static_cast<int>(own.size())};
     }
@@ -117,16 +123,16 @@ std::optional<std::vector<Part>> split(const Points& points, int parts, double t
     if (!changed) break;
   }
   const bool good =
-      std::all_of(result.begin(), result.end(), [&](const Part& p) { return p.fit.residual <= residual; });
+      std::all_of(result.begin(), result.end(), [&](const Part& p) { return p.fit.residual <= tolerance.residual; });
   return good ? std::optional(result) : std::nullopt;
 }
 
-std::vector<Part> shapes_of(const Points& cluster, double table_z, double residual,
+std::vector<Part> shapes_of(const Points& cluster, double table_z, const Tolerance& tolerance,
                             const PerceptionSettings& settings) {
-  const auto one = fit_shape(cluster, table_z, settings.min_object_height);
-  if (one && one->residual <= residual) return {{*one, static_cast<int>(cluster.size())}};
+  const auto one = fit_shape(cluster, table_z, settings.min_object_height, tolerance.noise);
+  if (one && one->residual <= tolerance.residual) return {{*one, static_cast<int>(cluster.size())}};
   for (int parts = 2; parts <= kMaxParts; ++parts) {
-    if (auto several = split(cluster, parts, table_z, residual, settings)) return *several;
+    if (auto several = split(cluster, parts, table_z, tolerance, settings)) return *several;
   }
   if (one) return {{*one, static_cast<int>(cluster.size())}};
   return {};
@@ -138,21 +144,29 @@ Result<TableFit> estimate_table(const Points& points, const PerceptionSettings& 
   double height = dominant_height(points, settings.min_table_height, settings.max_table_height);
   double window = 0.012;
   TableFit fit;
+  // No round looks farther than the windows of all before it together.
+  constexpr int kRounds = 4;
+  constexpr double kMaxWindow = kTableReach / kRounds;
+  Points near;
+  for (const auto& p : points) {
+    if (std::abs(p.z() - height) <= kTableReach) near.push_back(p);
+  }
   std::vector<double> xs, ys;
-  for (int round = 0; round < 4; ++round) {
-    xs.clear();
-    ys.clear();
+  for (int round = 0; round < kRounds; ++round) {
+    const bool last = round + 1 == kRounds;
     double sum = 0, squares = 0;
-    for (const auto& p : points) {
+    fit.points = 0;
+    for (const auto& p : near) {
       const double z = p.z() - height;
       if (std::abs(z) > window) continue;
       sum += z;
       squares += z * z;
+      ++fit.points;
+      if (!last) continue;
       xs.push_back(p.x());
       ys.push_back(p.y());
     }
-    const auto count = static_cast<double>(xs.size());
-    fit.points = static_cast<int>(xs.size());
+    const auto count = static_cast<double>(fit.points);
     if (fit.points < kMinTablePoints) {
       return Error{Code::failed, "no table was seen: the level plane with the most points between " +
                                      std::to_string(settings.min_table_height) + " and " +
@@ -161,7 +175,7 @@ Result<TableFit> estimate_table(const Points& points, const PerceptionSettings& 
     }
     height += sum / count;
     fit.rms = std::sqrt(std::max(0.0, squares / count - sum / count * (sum / count)));
-    window = std::clamp(3 * fit.rms, 0.001, 0.03);
+    window = std::clamp(3 * fit.rms, 0.001, kMaxWindow);
   }
   // The outermost row of pixels along an edge is about 1 % of the points: a smaller quantile finds it, not strays.
   const auto edge = [](std::vector<double>& values, double fraction) {
@@ -225,7 +239,8 @@ std::vector<ObjectEstimate> estimate_objects(const Points& points, const TableFi
   const double above = std::max(settings.above_table, 5 * table.rms);
   // Noise alone must not split a cluster. Rays that meet the table at 45° have 0.7 of their noise along z, at most 0.9
   // elsewhere.
-  const double residual = std::max(settings.max_residual, 1.25 * table.rms);
+  const double noise = 1.25 * table.rms;
+  const Tolerance tolerance{noise, std::max(settings.max_residual, noise)};
   Points on_table;
   for (const auto& p : points) {
     const Vector2d offset = (p - table.table.top_centre).head<2>().cwiseAbs() - table.table.size / 2;
@@ -233,7 +248,7 @@ std::vector<ObjectEstimate> estimate_objects(const Points& points, const TableFi
   }
   std::vector<ObjectEstimate> objects;
   for (const auto& cluster : clusters(on_table, settings.cluster_gap, settings.min_points)) {
-    for (const auto& part : shapes_of(cluster, table_z, residual, settings)) {
+    for (const auto& part : shapes_of(cluster, table_z, tolerance, settings)) {
       ObjectEstimate object;
       object.type = part.fit.type;
       object.X_WO = part.fit.X_WO;

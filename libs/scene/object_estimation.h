@@ -16,6 +16,9 @@ struct TableFit {
   int points = 0;
 };
 
+/// m: points farther from a plane than this do not change what estimate_table() makes of it.
+inline constexpr double kTableReach = 0.12;
+
 /// The level plane with the most points between the heights of the settings, and the extent of its points along x and
 /// y.
 Result<TableFit> estimate_table(const Points& points, const PerceptionSettings& settings);

@@ -23,6 +23,11 @@ Status check_cloud(const PointCloud& cloud, const std::string& place) {
       !((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3) || !(R.determinant() > 0)) {
     return bad(place + ": the camera's pose is no finite rigid transform within 100 m");
   }
+  bool good = true;  // all at once, as there are many points and hardly ever a wrong one
+  for (const Eigen::Vector3f& p : cloud.points) {
+    for (const float value : {p.x(), p.y(), p.z()}) good &= std::abs(value) <= static_cast<float>(kFarthest);
+  }
+  if (good) return success();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const Eigen::Vector3f& p = cloud.points[i];
     if (p.allFinite() && p.cwiseAbs().maxCoeff() <= static_cast<float>(kFarthest)) continue;
@@ -152,9 +157,17 @@ PerceptionRequest perception_request(const Scenario& scenario, std::vector<Point
 
 Result<SceneEstimate> perceive(const PerceptionRequest& request) {
   PRIMO_TRY(check_request(request));
+  std::size_t count = 0;
+  for (const auto& cloud : request.clouds) count += cloud.points.size();
+  // Lower points belong to no table, and can't be near one.
+  const double floor = request.settings.min_table_height - kTableReach;
   Points points;
+  points.reserve(count);
   for (const auto& cloud : request.clouds) {
-    for (const auto& p_C : cloud.points) points.emplace_back(cloud.X_WC * p_C.cast<double>());
+    for (const auto& p_C : cloud.points) {
+      const Eigen::Vector3d p_W = cloud.X_WC * p_C.cast<double>();
+      if (p_W.z() >= floor) points.push_back(p_W);
+    }
   }
   auto table = estimate_table(points, request.settings);
   if (!table.ok()) return table.error().at("perception");
@@ -165,7 +178,9 @@ Result<SceneEstimate> perceive(const PerceptionRequest& request) {
   estimate.objects = estimate_objects(points, *table, request.settings);
   name_objects(request, estimate.objects);
   estimate.resolution = request.settings.resolution;
-  estimate.octree = OccupancyMap(request.clouds, region_of(estimate.table), request.settings.resolution).to_bytes();
+  if (request.octree) {
+    estimate.octree = OccupancyMap(request.clouds, region_of(estimate.table), request.settings.resolution).to_bytes();
+  }
   return estimate;
 }
 

@@ -57,6 +57,7 @@ struct PerceptionRequest {
   /// What the hand holds: known from the hand, as cameras filter it out together with the robot. Goes into the answer
   /// as it is.
   std::optional<ObjectEstimate> held = {};
+  bool octree = true;  ///< whether the answer has the octree; it is most of the time that perception takes
 };
 
 /// The labels of a scenario's objects that are not in the hand.

@@ -1,6 +1,7 @@
 #include "scene/shape_fit.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -140,6 +141,7 @@ struct Rectangle {
     const double a = angle + face * std::numbers::pi / 2;
     return {std::cos(a), std::sin(a)};
   }
+  std::array<Vector2d, 4> normals() const { return {normal(0), normal(1), normal(2), normal(3)}; }
 };
 
 /// The smallest rectangle around the points: one of its sides lies along a side of their hull (Freeman, Shapira 1975).
@@ -155,8 +157,9 @@ std::optional<Rectangle> smallest_rectangle(const Points& points) {
     candidate.angle = std::atan2(edge.y(), edge.x());
     for (int face = 0; face < 4; ++face) {
       double& offset = candidate.offset[static_cast<std::size_t>(face)];
+      const Vector2d normal = candidate.normal(face);
       offset = -std::numeric_limits<double>::infinity();
-      for (const auto& p : hull) offset = std::max(offset, candidate.normal(face).dot(p - candidate.origin));
+      for (const auto& p : hull) offset = std::max(offset, normal.dot(p - candidate.origin));
     }
     const double area = (candidate.offset[0] + candidate.offset[2]) * (candidate.offset[1] + candidate.offset[3]);
     if (area < best_area) {
@@ -167,36 +170,41 @@ std::optional<Rectangle> smallest_rectangle(const Points& points) {
   return best;
 }
 
-int nearest_face(const Rectangle& rectangle, const Vector3d& p) {
-  int nearest = 0;
-  double best = -std::numeric_limits<double>::infinity();
-  for (int face = 0; face < 4; ++face) {
-    const double depth =
-        rectangle.normal(face).dot(p.head<2>() - rectangle.origin) - rectangle.offset[static_cast<std::size_t>(face)];
-    if (depth > best) {
-      best = depth;
-      nearest = face;
-    }
+/// The face that p, relative to the rectangle's origin, lies farthest outside of, and by how much.
+struct FaceDistance {
+  std::size_t face = 0;
+  double distance = -std::numeric_limits<double>::infinity();
+};
+
+FaceDistance nearest_face(const Rectangle& rectangle, const std::array<Vector2d, 4>& normals, const Vector2d& p) {
+  FaceDistance nearest;
+  for (std::size_t face = 0; face < 4; ++face) {
+    const double distance = normals[face].dot(p) - rectangle.offset[face];
+    if (distance > nearest.distance) nearest = {face, distance};
   }
   return nearest;
 }
 
 /// Gauss–Newton on the angle and the offsets of all faces at once. Faces that few points see keep their offset.
-bool refine(Rectangle& rectangle, const Points& sides) {
+/// `sides`: relative to the rectangle's origin.
+bool refine(Rectangle& rectangle, const std::vector<Vector2d>& sides) {
   for (int iteration = 0; iteration < 20; ++iteration) {
+    const auto normals = rectangle.normals();
+    // A point's residual depends on the angle and on its face's offset only: of H no more than an arrow is filled.
     Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Identity() * 1e-9;
     Eigen::Matrix<double, 5, 1> g = Eigen::Matrix<double, 5, 1>::Zero();
-    for (const auto& p : sides) {
-      const int face = nearest_face(rectangle, p);
-      const Vector2d r = p.head<2>() - rectangle.origin, n = rectangle.normal(face);
-      const double residual = n.dot(r) - rectangle.offset[static_cast<std::size_t>(face)], w = weight(residual);
-      Eigen::Matrix<double, 5, 1> row = Eigen::Matrix<double, 5, 1>::Zero();
-      row[0] = -n.y() * r.x() + n.x() * r.y();
-      row[face + 1] = -1;
-      H += w * row * row.transpose();
-      g += w * residual * row;
+    for (const auto& r : sides) {
+      const auto [face, residual] = nearest_face(rectangle, normals, r);
+      const Vector2d& n = normals[face];
+      const auto offset = static_cast<Eigen::Index>(face) + 1;
+      const double w = weight(residual), turn = -n.y() * r.x() + n.x() * r.y();
+      H(0, 0) += w * turn * turn;
+      H(offset, 0) -= w * turn;
+      H(offset, offset) += w;
+      g[0] += w * residual * turn;
+      g[offset] -= w * residual;
     }
-    const Eigen::Matrix<double, 5, 1> step = -H.ldlt().solve(g);
+    const Eigen::Matrix<double, 5, 1> step = -H.ldlt().solve(g);  // reads the lower triangle
     if (!step.allFinite()) return false;
     rectangle.angle += std::clamp(step[0], -0.1, 0.1);
     for (int face = 0; face < 4; ++face)
@@ -221,6 +229,17 @@ ShapeFit make_box(const Rectangle& rectangle, double table_z, double top) {
       pose(Vector3d(centre.x(), centre.y(), (top + table_z) / 2), Vector3d(0, 0, rectangle.angle - turns * quarter));
   fit.shape = {ShapeType::box, {(swapped ? depth : width) / 2, (swapped ? width : depth) / 2, (top - table_z) / 2}};
   return fit;
+}
+
+/// Whether no box needs to be tried: the cylinder leaves no more than noise, it is so wide that a box would leave more
+/// (the rms distance of a square from the circle that fits it best is 0.105 of the radius), and its points span it, as
+/// those of one flat face do not.
+bool certainly(const ShapeFit& cylinder, const Points& points, double noise) {
+  const double radius = cylinder.shape.size.x();
+  if (cylinder.residual > noise || radius < 12 * noise) return false;
+  Eigen::AlignedBox2d extent;
+  for (const auto& p : points) extent.extend(p.head<2>());
+  return extent.sizes().minCoeff() >= 1.8 * radius;
 }
 
 }  // namespace
@@ -272,15 +291,16 @@ std::optional<ShapeFit> fit_box(const Points& points, double table_z, double min
   auto rectangle = smallest_rectangle(points);
   if (!rectangle) return std::nullopt;
   for (int round = 0; round < 3; ++round) {
-    Points sides;
+    std::vector<Vector2d> sides;
     for (const auto& p : points) {
-      if (p.z() < top - kRim) sides.push_back(p);
+      if (p.z() < top - kRim) sides.emplace_back(p.head<2>() - rectangle->origin);
     }
     if (sides.size() >= kFewest && !refine(*rectangle, sides)) return std::nullopt;
+    const auto normals = rectangle->normals();
     top = top_height(points, top, [&](const Vector3d& p) {
-      const int face = nearest_face(*rectangle, p);
-      return rectangle->normal(face).dot(p.head<2>() - rectangle->origin) <
-             rectangle->offset[static_cast<std::size_t>(face)] - kRim;
+      const Vector2d r = p.head<2>() - rectangle->origin;
+      const std::size_t face = nearest_face(*rectangle, normals, r).face;
+      return normals[face].dot(r) < rectangle->offset[face] - kRim;
     });
   }
   ShapeFit fit = make_box(*rectangle, table_z, top);
@@ -291,8 +311,9 @@ std::optional<ShapeFit> fit_box(const Points& points, double table_z, double min
   return fit;
 }
 
-std::optional<ShapeFit> fit_shape(const Points& points, double table_z, double min_height) {
+std::optional<ShapeFit> fit_shape(const Points& points, double table_z, double min_height, double noise) {
   const auto cylinder = fit_cylinder(points, table_z, min_height);
+  if (cylinder && certainly(*cylinder, points, noise)) return cylinder;
   const auto box = fit_box(points, table_z, min_height);
   if (cylinder && box) return cylinder->residual <= box->residual ? cylinder : box;
   return cylinder ? cylinder : box;

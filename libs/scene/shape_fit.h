@@ -28,7 +28,8 @@ struct ShapeFit {
 std::optional<ShapeFit> fit_cylinder(const Points& points, double table_z, double min_height);
 std::optional<ShapeFit> fit_box(const Points& points, double table_z, double min_height);
 
-/// The better of the two by residual.
-std::optional<ShapeFit> fit_shape(const Points& points, double table_z, double min_height);
+/// The better of the two by residual. `noise`: m rms, what a shape leaves that fits; a cylinder that leaves no more,
+/// and can be no box, is not compared with one.
+std::optional<ShapeFit> fit_shape(const Points& points, double table_z, double min_height, double noise);
 
 }  // namespace primo::scene

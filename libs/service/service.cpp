@@ -107,7 +107,6 @@ struct Context::Impl {
   std::string name;
   bus::Participant participant;
   std::shared_ptr<bus::StatusPublisher> status;
-  std::unique_ptr<bus::StatusWatcher> watcher;
   std::shared_ptr<spdlog::logger> logger;
   std::stop_source stop;
   std::mutex mutex;
@@ -148,12 +147,8 @@ Context::~Context() { impl_->end_signals(); }
 
 bus::Participant& Context::participant() { return impl_->participant; }
 bus::StatusPublisher& Context::status() { return *impl_->status; }
-Result<bus::StatusWatcher*> Context::watcher() {
-  if (!impl_->watcher) {
-    const std::chrono::milliseconds lease(impl_->common.lease_ms);
-    PRIMO_ASSIGN(impl_->watcher, bus::StatusWatcher::create(impl_->participant, lease));
-  }
-  return impl_->watcher.get();
+Result<std::unique_ptr<bus::StatusWatcher>> Context::make_watcher() {
+  return bus::StatusWatcher::create(impl_->participant, std::chrono::milliseconds(impl_->common.lease_ms));
 }
 spdlog::logger& Context::log() { return *impl_->logger; }
 const std::string& Context::name() const { return impl_->name; }

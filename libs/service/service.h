@@ -58,9 +58,8 @@ class Context {
  public:
   bus::Participant& participant();
   bus::StatusPublisher& status();
-  /// Who is there. Made when first asked for: every watcher costs every process some messages a second. Not
-  /// thread-safe.
-  Result<bus::StatusWatcher*> watcher();
+  /// Who is there. To be had no longer than needed: every watcher costs every process some messages a second.
+  Result<std::unique_ptr<bus::StatusWatcher>> make_watcher();
   spdlog::logger& log();
   const std::string& name() const;
   const Common& common() const;

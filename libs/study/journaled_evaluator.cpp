@@ -41,6 +41,7 @@ Status JournaledEvaluator::evaluate(std::span<const Rollout> rollouts,
   std::vector<Rollout> questions;
   for (const std::size_t i : missing) questions.push_back(rollouts[i]);
   std::vector<Answer> arrived;
+  std::vector<RolloutResult> results;  // of the arrived
   Status failure = success();
   auto last_flush = Clock::now();
   auto last_answer = last_flush;
@@ -48,13 +49,14 @@ Status JournaledEvaluator::evaluate(std::span<const Rollout> rollouts,
     if (arrived.empty()) return success();
     PRIMO_ASSIGN(const auto replies, journal_.record(arrived));
     for (std::size_t a = 0; a < arrived.size(); ++a) {
-      // What was recorded is what counts, so that a later run that reads it goes the same way.
-      for (const std::size_t i : asked_by[arrived[a].key]) {
-        PRIMO_ASSIGN(auto result, decode_rollout_result(replies[a]));
-        on_result(i, std::move(result));
+      // What was recorded is what counts, so that a later run that reads it goes the same way: mostly what arrived.
+      if (replies[a] != arrived[a].reply) {
+        PRIMO_ASSIGN(results[a], decode_rollout_result(replies[a]));
       }
+      for (const std::size_t i : asked_by[arrived[a].key]) on_result(i, results[a]);
     }
     arrived.clear();
+    results.clear();
     last_flush = Clock::now();
     return success();
   };
@@ -64,6 +66,7 @@ Status JournaledEvaluator::evaluate(std::span<const Rollout> rollouts,
     const auto now = Clock::now();
     arrived.push_back(
         {keys[missing[q]], "rollout", encode(result), std::chrono::duration<double>(now - last_answer).count()});
+    results.push_back(std::move(result));
     last_answer = now;
     if (arrived.size() >= kFlushCount || now - last_flush >= kFlushAfter) failure = flush();
   });

@@ -111,7 +111,9 @@ Result<scene::SceneEstimate> observe_scenario(const scene::Scenario& scenario) {
   const auto where = [&](const Error& error) { return error.at("scenario " + scenario.name); };
   auto clouds = physics::render_depth(scenario);
   if (!clouds) return where(clouds.error());
-  auto estimate = scene::perceive(scene::perception_request(scenario, std::move(*clouds)));
+  auto request = scene::perception_request(scenario, std::move(*clouds));
+  request.octree = false;
+  auto estimate = scene::perceive(request);
   if (!estimate) return where(estimate.error());
   std::vector<std::string> arguments;
   for (std::size_t a = 1; a < scenario.action.size(); ++a) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,9 @@ inline Status check_finite(const std::string& field, double value) {
 template <class T>
 Status check_finite(const std::string& field, const std::vector<T>& values) {
   PRIMO_TRY(check_count(field, values.size(), kMaxNumbers));
+  bool finite = true;  // all at once, as the sequences are long and hardly ever wrong
+  for (const T value : values) finite &= std::abs(value) <= std::numeric_limits<T>::max();
+  if (finite) return success();
   for (const T value : values) PRIMO_TRY(check_finite(field, static_cast<double>(value)));
   return success();
 }

@@ -127,9 +127,11 @@ Result<scene::Scenario> from_wire(const msg::Scenario& message) {
 msg::PointCloud to_wire(const scene::PointCloud& cloud) {
   msg::PointCloud out;
   out.pose(to_wire(cloud.X_WC));
-  out.points().reserve(3 * cloud.points.size());
-  for (const Eigen::Vector3f& point : cloud.points)
-    out.points().insert(out.points().end(), point.data(), point.data() + 3);
+  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
+  if (const std::size_t n = 3 * cloud.points.size(); n > 0) {
+    const float* first = cloud.points.front().data();
+    out.points().assign(first, first + n);
+  }
   return out;
 }
 
@@ -141,10 +143,8 @@ Result<scene::PointCloud> from_wire(const msg::PointCloud& message) {
                      "has " + std::to_string(message.points().size()) + " entries, expected x, y, z for each point");
   }
   PRIMO_TRY(check_finite("cloud.points", message.points()));
-  out.points.reserve(message.points().size() / 3);
-  for (std::size_t i = 0; i < message.points().size(); i += 3) {
-    out.points.emplace_back(message.points()[i], message.points()[i + 1], message.points()[i + 2]);
-  }
+  out.points.resize(message.points().size() / 3);
+  for (std::size_t i = 0; i < out.points.size(); ++i) out.points[i] = Eigen::Vector3f(&message.points()[3 * i]);
   return out;
 }
 

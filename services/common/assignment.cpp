@@ -22,6 +22,11 @@ fs::path outcome_file(const fs::path& run) { return run / "outcome.yaml"; }
 Result<std::optional<Assignment>> read_assignment(const fs::path& run) {
   return read_if_there<Assignment>(assignment_file(run));
 }
+std::optional<fs::file_time_type> assignment_time(const fs::path& run) {
+  std::error_code ec;
+  const auto time = fs::last_write_time(assignment_file(run), ec);
+  return ec ? std::nullopt : std::optional(time);
+}
 Result<std::optional<Outcome>> read_outcome(const fs::path& run) { return read_if_there<Outcome>(outcome_file(run)); }
 
 Status write_assignment(const fs::path& run, const Assignment& assignment) {

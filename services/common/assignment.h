@@ -37,6 +37,8 @@ struct Outcome {
 
 /// Empty where there is none.
 Result<std::optional<Assignment>> read_assignment(const std::filesystem::path& run);
+/// When it was written; empty where there is none.
+std::optional<std::filesystem::file_time_type> assignment_time(const std::filesystem::path& run);
 Result<std::optional<Outcome>> read_outcome(const std::filesystem::path& run);
 Status write_assignment(const std::filesystem::path& run, const Assignment& assignment);
 Status write_outcome(const std::filesystem::path& run, const Outcome& outcome);

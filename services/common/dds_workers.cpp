@@ -126,6 +126,7 @@ Result<std::vector<scene::SceneEstimate>> DdsWorkers::observe(std::span<const sc
       msg::PerceptionJob job;
       job.scenario(wire::to_wire(scenarios[index]));
       job.clouds(std::move(clouds->clouds()));
+      job.octree(false);
       const auto perceived = [&scenarios, &estimates, index, finished, place](Result<msg::PerceptionReply> reply) {
         if (!finished.active()) return;
         if (!reply.ok()) return finished(reply.error().at(place));

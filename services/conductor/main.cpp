@@ -2,6 +2,7 @@
 // folder assigns to it. Its state is the study's journal: started again it goes on where the journal ends.
 #include <chrono>
 #include <cstdlib>
+#include <optional>
 
 #include "common/assignment.h"
 #include "common/dds_workers.h"
@@ -44,6 +45,9 @@ class AssignmentWatch {
     const auto now = std::chrono::steady_clock::now();
     if (now - looked_ < std::chrono::milliseconds(200)) return replaced_;
     looked_ = now;
+    const auto written = graph::assignment_time(run_);
+    if (written && written == written_) return replaced_;
+    written_ = written;
     const auto assignment = graph::read_assignment(run_);
     replaced_ = !assignment.ok() || !*assignment || (*assignment)->id != id_;
     return replaced_;
@@ -53,6 +57,7 @@ class AssignmentWatch {
   fs::path run_;
   std::string id_;
   std::chrono::steady_clock::time_point looked_{};
+  std::optional<fs::file_time_type> written_;  // of the assignment that was read
   bool replaced_ = false;
 };
 
@@ -68,7 +73,7 @@ class Conductor {
   Status run_study(const study::Study& study, const fs::path& directory, const std::function<bool()>& stopping) {
     context_.log().info("study {} in {}", study.id(), directory.string());
     const graph::Waiting waiting{stopping, [this](const std::string& text) { context_.waiting_for(text); }};
-    PRIMO_ASSIGN(auto* watcher, context_.watcher());
+    PRIMO_ASSIGN(const auto watcher, context_.make_watcher());
     PRIMO_ASSIGN(auto workers, graph::DdsWorkers::create(context_.participant(), *watcher, waiting, client_));
     const auto on_progress = [this](const study::Progress& state) {
       if (const auto status = progress_.publish(state); !status.ok()) context_.log().warn("{}", status.error().message);

@@ -46,10 +46,14 @@ class Desk {
     if (goal_.request().empty()) return std::nullopt;
     return goal_;
   }
-  /// Whether the goal in hand is no longer wanted: it was withdrawn or replaced by one with another content.
-  bool replaced(const topics::msg::OptimizeGoal& in_hand) const {
+  /// Whether the goal in hand is no longer wanted: it was withdrawn or replaced by one with another content. `change`:
+  /// of the goal that was compared last.
+  bool replaced(const topics::msg::OptimizeGoal& in_hand, std::uint64_t& change) const {
     const std::lock_guard lock(mutex_);
-    return goal_.request().empty() || !same_content(goal_, in_hand);
+    if (changes_ == change) return false;
+    if (goal_.request().empty() || !same_content(goal_, in_hand)) return true;
+    change = changes_;
+    return false;
   }
   /// Who asked last for the goal in hand: a conductor that starts again asks once more.
   std::string request(std::uint64_t& change) const {
@@ -82,18 +86,19 @@ Status run(const OptimizerConfig& config, service::Context& context) {
   bus::ClientSettings client;
   client.deadline = std::chrono::milliseconds(static_cast<int>(config.deadline * 1000));
   client.attempts = config.attempts;
-  const graph::Waiting waiting{[&] { return context.stopping() || desk.replaced(in_hand); },
+  std::uint64_t change = 0;
+  const graph::Waiting waiting{[&] { return context.stopping() || desk.replaced(in_hand, change); },
                                [&](const std::string& text) { context.waiting_for(text); }};
-  PRIMO_ASSIGN(auto* watcher, context.watcher());
-  PRIMO_ASSIGN(auto evaluator, graph::DdsEvaluator::create(context.participant(), *watcher, waiting, client));
 
   context.status().set_state(bus::State::idle);
-  for (std::uint64_t change = 0; !context.stopping();) {
+  while (!context.stopping()) {
     const auto taken = desk.take(change, std::chrono::milliseconds(200));
     if (!taken) continue;
     in_hand = *taken;
     context.log().info("optimizing {} for study {}, round {}", in_hand.primitive().action(), in_hand.study(),
                        in_hand.round());
+    PRIMO_ASSIGN(const auto watcher, context.make_watcher());
+    PRIMO_ASSIGN(const auto evaluator, graph::DdsEvaluator::create(context.participant(), *watcher, waiting, client));
     context.status().job_started();
     const auto goal = wire::from_wire(in_hand);
     const auto on_progress = [&](const study::Progress& state) {
@@ -102,7 +107,7 @@ Status run(const OptimizerConfig& config, service::Context& context) {
     const auto result = goal.ok() ? study::optimize_in_directory(*goal, *evaluator, on_progress)
                                   : Result<study::OptimizeResult>(goal.error());
     context.status().job_finished(result.ok(), result.ok() ? "" : result.error().message);
-    if (context.stopping() || desk.replaced(in_hand)) continue;
+    if (context.stopping() || desk.replaced(in_hand, change)) continue;
 
     topics::msg::OptimizedPrimitive answer;
     if (result.ok()) {

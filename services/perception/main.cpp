@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "bus/latched.h"
+#include "core/rate_limit.h"
 #include "scene/perception.h"
 #include "service/service.h"
 #include "wire/wire.h"
@@ -20,10 +21,16 @@ using sensor_msgs::msg::PointCloud2;
 struct PerceptionConfig {
   scene::PerceptionSettings perception;
   std::string live_frame = "world";
+  double map_rate = 2;
   template <class V>
   void visit(V&& v) {
     v("perception", perception, {});
     v("live_frame", live_frame, {.help = "clouds on rt/points with this frame are scenes too; empty: none are"});
+    v("map_rate", map_rate,
+      {.help = "of the scenes whose job needs no occupancy map, so many are published with one",
+       .unit = "Hz",
+       .min = 0,
+       .max = 1000});
   }
 };
 
@@ -83,21 +90,24 @@ Status run(const PerceptionConfig& config, service::Context& context) {
   PRIMO_ASSIGN(const auto points,
                bus::Subscription<PointCloud2>::create(context.participant(), topics::kPoints, on_cloud));
 
-  return context.serve(
-      topics::kPerception, [&](const topics::msg::PerceptionJob& job) -> Result<topics::msg::PerceptionReply> {
-        PRIMO_ASSIGN(const scene::Scenario scenario, wire::from_wire(job.scenario()));
-        std::vector<scene::PointCloud> clouds;
-        for (const auto& message : job.clouds()) {
-          PRIMO_ASSIGN(auto cloud, wire::from_wire(message));
-          clouds.push_back(std::move(cloud));
-        }
-        PRIMO_ASSIGN(const auto estimate,
-                     scene::perceive(scene::perception_request(scenario, std::move(clouds), config.perception)));
-        topics::msg::PerceptionReply reply;
-        reply.estimate(wire::to_wire(estimate));
-        publish(reply.estimate());
-        return reply;
-      });
+  RateLimit maps(config.map_rate);
+  return context.serve(topics::kPerception,
+                       [&](const topics::msg::PerceptionJob& job) -> Result<topics::msg::PerceptionReply> {
+                         PRIMO_ASSIGN(const scene::Scenario scenario, wire::from_wire(job.scenario()));
+                         std::vector<scene::PointCloud> clouds;
+                         for (const auto& message : job.clouds()) {
+                           PRIMO_ASSIGN(auto cloud, wire::from_wire(message));
+                           clouds.push_back(std::move(cloud));
+                         }
+                         auto request = scene::perception_request(scenario, std::move(clouds), config.perception);
+                         request.octree = job.octree() || (scenes.matched() > 0 && maps.due());
+                         PRIMO_ASSIGN(const auto estimate, scene::perceive(request));
+                         topics::msg::PerceptionReply reply;
+                         reply.estimate(wire::to_wire(estimate));
+                         publish(reply.estimate());
+                         if (!job.octree()) reply.estimate().octree().clear();
+                         return reply;
+                       });
 }
 
 }  // namespace

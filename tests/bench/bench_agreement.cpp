@@ -4,6 +4,7 @@
 //   FOLDER]
 // Which scenes and primitives: agreement_plans.h. Rates come with counts and Wilson's 95 % interval.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -13,6 +14,7 @@
 #include "bench/agreement_plans.h"
 #include "bench/measure.h"
 #include "core/files.h"
+#include "core/random.h"
 #include "primo/trajectory_json.h"
 #include "unit/physics/grasp_fixture.h"
 
@@ -112,6 +114,26 @@ Json survival(const physics::Judge& judge, const Eigen::Vector3d& offset, int tr
   return bench::json_of(rate);
 }
 
+/// The same with an offset of this length in a direction of its own for each trial: uniform over the half of the sphere
+/// where the palm comes nearer to the object (sign 1), which makes an enveloping grasp of one by the tips, or the other
+/// half (−1).
+Json displaced_anywhere(const physics::Judge& judge, double length, double sign, int trials, std::uint64_t seed) {
+  const auto scenario = physics::testing::one_cylinder();
+  Rate strict, final_pose;
+  for (std::uint64_t k = 0; final_pose.trials < trials && k < 4 * static_cast<std::uint64_t>(trials); ++k) {
+    Random random(seed, "direction", {k});
+    Eigen::Vector3d direction = Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    direction.z() = sign * std::abs(direction.z());
+    const auto grasp = physics::testing::hand_made_grasp(judge.robot(), scenario, length * direction);
+    if (!grasp) continue;  // out of the arm's reach
+    const auto verdict = judge.evaluate(physics::testing::request_for(scenario, *grasp, k));
+    PRIMO_CHECK(verdict.ok(), verdict.error().message);
+    strict.add(verdict->success);
+    final_pose.add(verdict->final_pose_success);
+  }
+  return {{"success", bench::json_of(strict)}, {"final_pose_success", bench::json_of(final_pose)}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -141,6 +163,10 @@ int main(int argc, char** argv) {
   for (const auto& [name, offset] : offsets) {
     if (options.action == "grasp" && options.survival > 0)
       out["held"][name] = survival(judge, offset, options.survival);
+  }
+  if (options.action == "grasp" && options.survival > 0) {
+    out["held"]["anywhere_but_deeper"] = displaced_anywhere(judge, 0.05, -1, options.survival, options.seed);
+    out["held"]["anywhere_deeper"] = displaced_anywhere(judge, 0.05, 1, options.survival, options.seed);
   }
   std::puts(out.dump(2).c_str());
 }

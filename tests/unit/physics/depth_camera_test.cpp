@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstring>
 #include <iostream>
+#include <tuple>
 
+#include "physics/model.h"
 #include "scene/generator.h"
 #include "scene/perception.h"
 #include "scene/shape_fit.h"
@@ -70,6 +72,63 @@ TEST(DepthCamera, points_without_noise_lie_on_the_surfaces_and_fill_the_picture)
     for (const auto& p : cloud.points) worst = std::max(worst, to_surface(scenario, cloud.X_WC * p.cast<double>()));
     EXPECT_LT(worst, 2e-6);  // float
   }
+}
+
+TEST(DepthCamera, every_pixel_sees_what_a_ray_through_the_whole_scene_meets_first) {
+  std::size_t pixels = 0;
+  for (std::uint64_t index = 0; index < 6; ++index) {
+    auto scenario = scene_of(index, 4, 0);
+    scenario.objects[0].rpy = {0.3, 1.2, 0.4 + static_cast<double>(index)};
+    // From the usual places, from close by, from beneath the table's edge, and past the objects.
+    scenario.cameras.resize(5, scenario.cameras.front());
+    const Vector3d object = scenario.objects[1].position;
+    scenario.cameras[2].position = object + Vector3d(-0.12, 0.05, 0.1);
+    scenario.cameras[2].look_at = object;
+    scenario.cameras[3].position = scenario.table.top_centre + Vector3d(-0.9, 0.2, -0.1);
+    scenario.cameras[3].look_at = scenario.table.top_centre;
+    scenario.cameras[4].look_at = scenario.cameras[4].position + Vector3d(0.2, 1, -0.2);
+    for (auto& camera : scenario.cameras) std::tie(camera.width, camera.height) = std::pair(97, 71);
+    const auto clouds = render_depth(scenario, 50);
+    ASSERT_TRUE(clouds.ok()) << clouds.error().message;
+    const auto model = assemble(nullptr, scenario);
+    ASSERT_TRUE(model.ok());
+    Data data(*model);
+    mj_kinematics(model->get(), data.get());
+    for (std::size_t i = 0; i < clouds->size(); ++i) {
+      const auto& cloud = (*clouds)[i];
+      const double focal = 71 / 2.0 / std::tan(scenario.cameras[i].fov_y / 2);
+      const Vector3d origin = cloud.X_WC.translation();
+      std::size_t seen = 0;
+      for (int pixel = 0; pixel < 97 * 71; ++pixel, ++pixels) {
+        const Vector3d ray_C =
+            Vector3d((pixel % 97 + 0.5 - 97 / 2.0) / focal, (pixel / 97 + 0.5 - 71 / 2.0) / focal, 1);
+        const Vector3d ray_W = cloud.X_WC.linear() * ray_C.normalized();
+        int geom = -1;
+        const double hit = mj_ray(model->get(), data.get(), origin.data(), ray_W.data(), nullptr, 1, -1, &geom);
+        if (hit < 0 || hit > 50) continue;
+        ASSERT_LT(seen, cloud.points.size());
+        EXPECT_NEAR(cloud.points[seen++].cast<double>().norm(), hit, 1e-5) << "camera " << i << " pixel " << pixel;
+      }
+      EXPECT_EQ(seen, cloud.points.size());
+    }
+  }
+  EXPECT_EQ(pixels, 6U * 5 * 97 * 71);
+}
+
+TEST(DepthCamera, a_scene_may_hold_as_many_objects_as_a_file) {
+  auto scenario = scene_of(0, 0, 0);
+  scene::Object object = scenario.objects[0];
+  scenario.objects.clear();
+  object.radius = 0.01;
+  for (int i = 0; i < 64; ++i) {
+    object.name = "o" + std::to_string(i);
+    const Vector3d offset(0.03 * (i % 8) - 0.12, 0.03 * (i / 8) - 0.12, object.height / 2);
+    object.position = scenario.table.top_centre + offset;
+    scenario.objects.push_back(object);
+  }
+  scenario.action = {"grasp", "o0"};
+  const auto clouds = render_depth(scenario);
+  EXPECT_TRUE(clouds.ok()) << clouds.error().message;
 }
 
 TEST(DepthCamera, noise_is_along_the_ray_with_the_given_deviation) {

@@ -162,7 +162,8 @@ TEST(MjcfStyle, CouplingsByJointsAndByTendonsAreSolvedForTheUnlistedJoint) {
 
 TEST(MjcfStyle, CouplingsThatCannotBePlannedWithAreRefusedInWords) {
   const std::map<std::string, std::string> cases = {
-      {R"(<connect body1="one" body2="two" anchor="0 0 0"/>)", "closes a loop"},
+      {R"(<connect body1="one" body2="two" anchor="0 0 0"/>)", "beyond its range"},
+      {R"(<connect body1="l3" body2="foot" anchor="0 0 0"/>)" + std::string(kJaws), "of the arm"},
       {R"(<joint joint1="two" joint2="one" polycoef="0 1 1 0 0"/>)", "polynomial"},
       {R"(<joint joint1="q2" joint2="q1"/>)", "couples joint 'q2' to 'q1', 'q2'"},
       {"", "joint 'two' of"},

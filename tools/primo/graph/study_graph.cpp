@@ -95,7 +95,7 @@ Status follow(const Layout& layout, const std::string& study_id, const std::stri
               const bus::StatusWatcher& watcher) {
   ProgressLines lines;
   WaitingReporter waiting;
-  for (;; std::this_thread::sleep_for(std::chrono::milliseconds(50))) {
+  for (;; std::this_thread::sleep_for(std::chrono::milliseconds(200))) {
     const auto outcome = graph::read_outcome(layout.run);
     for (const auto& sample : samples.take()) {
       if (sample.study() == study_id && sample.stage() != "done") lines.show(state_of(sample));
