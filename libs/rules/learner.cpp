@@ -80,7 +80,8 @@ Status check(const LearnerSettings& settings) {
                                    {"requirement", settings.requirement},
                                    {"negation", settings.negation},
                                    {"term", settings.term}}) {
-    if (!(nats >= 0) || !std::isfinite(nats)) return config(std::string(name).append(" must be finite and not negative"));
+    if (!(nats >= 0) || !std::isfinite(nats))
+      return config(std::string(name).append(" must be finite and not negative"));
   }
   if (settings.max_steps < 1 || settings.max_candidates < 1 || settings.look_ahead < 0) {
     return config("max_steps and max_candidates must be at least 1, look_ahead at least 0");

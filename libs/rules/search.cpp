@@ -9,18 +9,24 @@ namespace {
 
 constexpr double kImprovement = 1e-9;
 
-/// The negated context literals that another rule has unnegated: a split made them, and they are no guess.
-std::int64_t split_negations(const std::vector<RuleKey>& rules) {
+/// The negated context literals that another rule has unnegated: a split made them, and they are no guess. `active`:
+/// the rules that change something, as others would be there for no other reason.
+std::int64_t split_negations(const std::vector<RuleKey>& rules, const std::vector<const RuleKey*>& active) {
   const auto held = [&](LiftedLiteral literal) {
     if (!literal.negated) return false;
     literal.negated = false;
-    return std::any_of(rules.begin(), rules.end(), [&](const RuleKey& rule) {
-      return std::binary_search(rule.context.begin(), rule.context.end(), literal);
+    return std::any_of(active.begin(), active.end(), [&](const RuleKey* rule) {
+      return std::binary_search(rule->context.begin(), rule->context.end(), literal);
     });
   };
   std::int64_t sum = 0;
   for (const auto& key : rules) sum += std::count_if(key.context.begin(), key.context.end(), held);
   return sum;
+}
+
+bool changes_something(const FittedRule& rule) {
+  return std::any_of(rule.induced->outcomes.begin(), rule.induced->outcomes.end(),
+                     [](const Outcome& outcome) { return !outcome.empty(); });
 }
 
 }  // namespace
@@ -146,12 +152,14 @@ Search::Candidate Search::assess(std::vector<RuleKey> rules) {
   Candidate candidate;
   candidate.rules = std::move(rules);
   candidate.covered = Bits(examples_.scenes().size());
+  std::vector<const RuleKey*> active;
   for (const auto& key : candidate.rules) {
     const auto& fitted = examples_.fit(key);
     candidate.covered |= fitted.covered;
     candidate.score += fitted.score - examples_.settings().caution;
+    if (changes_something(fitted)) active.push_back(&key);
   }
-  candidate.score += examples_.settings().negation * static_cast<double>(split_negations(candidate.rules));
+  candidate.score += examples_.settings().negation * static_cast<double>(split_negations(candidate.rules, active));
   double rest = 0;
   candidate.noise = examples_.default_rule(candidate.covered, &rest).noise_count;
   candidate.score += rest;

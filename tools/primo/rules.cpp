@@ -138,6 +138,13 @@ void add_learn(CLI::App& rules, int& exit) {
                    "what a context literal earns that outcomes make false, times their probability, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  verb->add_option("--negation", options->learner.negation,
+                   "what a negated context literal costs that no split of rules made, nats")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  verb->add_option("--term", options->learner.term, "what each term of a context literal costs, nats")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   verb->add_option("--max-references", options->learner.max_references, "deictic variables a rule")
       ->check(CLI::Range(0, 6))
       ->capture_default_str();
