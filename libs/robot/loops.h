@@ -26,7 +26,7 @@ struct ListedJoints {
 
 /// Gives the joints in loops, as far as their drives (by MJCF joint) are not known, a curve over the listed joint that
 /// leads them: where the hand comes to rest with that joint held, without gravity and contact, under its springs, its
-/// limits and all equalities (see Settling in loops.cpp). A loop that none leads stays where it comes to rest. Returns
+/// limits and all equalities (settling.h). A loop that none leads stays where it comes to rest. Returns
 /// the active loops; none of them costs nothing.
 /// Error (Code::config), put after `where`: a loop through the arm or the world; one that more than one listed joint
 /// leads; one that stays open by more than 1 mm (1 mrad) at the hand's home, or does not come to rest; a joint that

@@ -7,6 +7,7 @@
 #include "common/assignment.h"
 #include "common/dds_workers.h"
 #include "common/progress.h"
+#include "core/rate_limit.h"
 #include "service/service.h"
 #include "study/loop.h"
 
@@ -42,9 +43,7 @@ class AssignmentWatch {
  public:
   AssignmentWatch(fs::path run, std::string id) : run_(std::move(run)), id_(std::move(id)) {}
   bool replaced() {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - looked_ < std::chrono::milliseconds(200)) return replaced_;
-    looked_ = now;
+    if (!looks_.due()) return replaced_;
     const auto written = graph::assignment_time(run_);
     if (written && written == written_) return replaced_;
     written_ = written;
@@ -56,7 +55,7 @@ class AssignmentWatch {
  private:
   fs::path run_;
   std::string id_;
-  std::chrono::steady_clock::time_point looked_{};
+  RateLimit looks_{5};
   std::optional<fs::file_time_type> written_;  // of the assignment that was read
   bool replaced_ = false;
 };
