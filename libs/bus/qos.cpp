@@ -15,6 +15,9 @@ Duration_t duration(std::chrono::milliseconds time) {
   return {static_cast<std::int32_t>(time.count() / 1000), static_cast<std::uint32_t>(time.count() % 1000) * 1000000u};
 }
 
+/// A lost sample of a job is noticed, and asked for, this much later.
+const Duration_t kJobRepair = duration(std::chrono::milliseconds(200));
+
 /// What both sides have in common.
 template <class Qos>
 void common(Qos& qos, const TopicInfo& topic, Quality quality, std::chrono::milliseconds lease) {
@@ -56,9 +59,14 @@ std::string seconds_text(double value) {
 DataWriterQos writer_qos(const TopicInfo& topic, Quality quality, std::chrono::milliseconds lease) {
   DataWriterQos qos = DATAWRITER_QOS_DEFAULT;
   common(qos, topic, quality, lease);
-  // Between processes of a host hardly a sample is lost; of jobs, each heartbeat would wake four threads for nothing.
-  const auto heartbeat = quality == Quality::job ? std::chrono::milliseconds(100) : std::chrono::milliseconds(20);
-  qos.reliable_writer_qos().times.heartbeatPeriod = duration(heartbeat);
+  auto& times = qos.reliable_writer_qos().times;
+  times.heartbeatPeriod = duration(std::chrono::milliseconds(20));
+  if (quality == Quality::job) {
+    // Between processes of a host hardly a sample is lost, and each of these wakes several threads: a heartbeat all of
+    // its readers', the end of nack suppression (without a time: after every sample) the writer's own.
+    times.heartbeatPeriod = kJobRepair;
+    times.nackSupressionDuration = kJobRepair;
+  }
   if (quality == Quality::status) qos.liveliness().announcement_period = duration(lease / 4);
   return qos;
 }
@@ -67,9 +75,8 @@ DataReaderQos reader_qos(const TopicInfo& topic, Quality quality, std::chrono::m
   DataReaderQos qos = DATAREADER_QOS_DEFAULT;
   common(qos, topic, quality, lease);
   if (quality == Quality::job) {
-    // An acknowledgement for several samples: with the default of 5 ms each has its own, which costs a fifth of what a
-    // requester does. A lost sample is asked for again this much later.
-    qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(std::chrono::milliseconds(20));
+    // An acknowledgement for many samples: with the default of 5 ms each has its own.
+    qos.reliable_reader_qos().times.heartbeatResponseDelay = kJobRepair;
   }
   return qos;
 }

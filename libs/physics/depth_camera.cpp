@@ -17,6 +17,9 @@ using Eigen::Vector3d;
 constexpr mjtByte kSeen[mjNGROUP] = {1, 1, 0, 0, 0, 0};
 static_assert(kFixtureGroup == 0 && kObjectGroup == 1 && kRobotGroup == 2);
 
+/// m; points of the floor, which is at z = 0, are rounded to less.
+constexpr double kFloorError = 1e-3;
+
 /// The pixels whose rays can meet a geom: rows and columns from first to last.
 struct Window {
   int geom = 0;
@@ -79,48 +82,43 @@ double cast(const Model& model, const Data& data, const std::vector<Window>& row
   return nearest;
 }
 
-/// Unit vectors through the middles of the pixels, row by row, in C.
-std::vector<Vector3d> pixel_rays(const scene::Camera& camera) {
-  const double focal = focal_length(camera);
-  std::vector<Vector3d> rays;
-  rays.reserve(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-  for (int row = 0; row < camera.height; ++row) {
-    for (int column = 0; column < camera.width; ++column) {
-      rays.push_back(Vector3d((column + 0.5 - camera.width / 2.0) / focal, (row + 0.5 - camera.height / 2.0) / focal, 1)
-                         .normalized());
-    }
-  }
-  return rays;
-}
-
-bool same_optics(const scene::Camera& a, const scene::Camera& b) {
-  return a.width == b.width && a.height == b.height && a.fov_y == b.fov_y;
-}
-
-/// `rays`: pixel_rays() of the camera.
-scene::PointCloud render(const Model& model, const Data& data, const scene::Camera& camera,
-                         const std::vector<Vector3d>& rays, std::uint64_t seed, std::uint64_t number, double range) {
+scene::PointCloud render(const Model& model, const Data& data, const scene::Camera& camera, std::uint64_t seed,
+                         std::uint64_t number, const DepthSettings& settings) {
   scene::PointCloud cloud;
   cloud.X_WC = camera_pose(camera);
-  cloud.points.reserve(rays.size());
+  const double focal = focal_length(camera);
   const Eigen::Matrix3d R_WC = cloud.X_WC.linear();
   const Vector3d origin = cloud.X_WC.translation();
-  const auto all = windows(model, data, camera, cloud.X_WC);
+  const bool noisy = camera.depth_noise > 0;
+  auto all = windows(model, data, camera, cloud.X_WC);
+  if (!noisy && settings.lowest > kFloorError) {
+    std::erase_if(all, [&](const Window& window) { return model->geom_type[window.geom] == mjGEOM_PLANE; });
+  }
   std::vector<Window> in_row;
-  auto ray = rays.begin();
   for (int row = 0; row < camera.height; ++row) {
     in_row.clear();
     for (const auto& window : all) {
       if (row >= window.first_row && row <= window.last_row) in_row.push_back(window);
     }
+    // Drawn for every pixel, so that a pixel's noise doesn't depend on what its neighbours hit.
+    int first = noisy ? 0 : camera.width, last = noisy ? camera.width - 1 : -1;
+    for (const auto& window : in_row) {
+      first = std::min(first, window.first_column);
+      last = std::max(last, window.last_column);
+    }
     Random noise(seed, "depth", {number, static_cast<std::uint64_t>(row)});
-    for (int column = 0; column < camera.width; ++column, ++ray) {
-      // Drawn for every pixel, so that a pixel's noise doesn't depend on what its neighbours hit.
-      const double error = camera.depth_noise > 0 ? camera.depth_noise * noise.normal() : 0.0;
-      const double hit = cast(model, data, in_row, column, origin, R_WC * *ray);
+    for (int column = first; column <= last; ++column) {
+      // Through the middle of the pixel, in C.
+      const Vector3d ray =
+          Vector3d((column + 0.5 - camera.width / 2.0) / focal, (row + 0.5 - camera.height / 2.0) / focal, 1)
+              .normalized();
+      const double error = noisy ? camera.depth_noise * noise.normal() : 0.0;
+      const double hit = cast(model, data, in_row, column, origin, R_WC * ray);
       const double depth = hit + error;
-      if (hit < 0 || hit > range || depth <= 0) continue;
-      cloud.points.push_back((depth * *ray).cast<float>());
+      if (hit < 0 || hit > settings.range || depth <= 0) continue;
+      const Eigen::Vector3f point = (depth * ray).cast<float>();
+      if (settings.lowest > 0 && (cloud.X_WC * point.cast<double>()).z() < settings.lowest) continue;
+      cloud.points.push_back(point);
     }
   }
   return cloud;
@@ -140,9 +138,10 @@ Pose camera_pose(const scene::Camera& camera) {
   return X_WC;
 }
 
-Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scenario, double range) {
+Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scenario, const DepthSettings& settings) {
   if (auto status = scenario.validate(); !status.ok()) return status.error().at("scenario " + scenario.name);
-  if (!(range > 0)) return Error{Code::config, "depth camera: the range must be a positive number of metres"};
+  if (!(settings.range > 0)) return Error{Code::config, "depth camera: the range must be a positive number of metres"};
+  if (!std::isfinite(settings.lowest)) return Error{Code::data, "depth camera: the lowest height must be finite"};
   // Filtered out with the robot: what its hand holds.
   scene::Scenario seen = scenario;
   std::erase_if(seen.objects, [&](const scene::Object& object) { return scenario.holds(object.name); });
@@ -151,10 +150,8 @@ Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scena
   mj_kinematics(model.get(), data.get());
   const auto cameras = scenario.cameras.empty() ? scene::default_cameras(scenario.table) : scenario.cameras;
   std::vector<scene::PointCloud> clouds;
-  std::vector<Vector3d> rays;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (i == 0 || !same_optics(cameras[i], cameras[i - 1])) rays = pixel_rays(cameras[i]);
-    clouds.push_back(render(model, data, cameras[i], rays, scenario.camera_seed, i, range));
+    clouds.push_back(render(model, data, cameras[i], scenario.camera_seed, i, settings));
   }
   return clouds;
 }

@@ -13,9 +13,15 @@ namespace primo::physics {
 /// up or down has world x at its right.
 Pose camera_pose(const scene::Camera& camera);
 
+struct DepthSettings {
+  double range = 4.0;   ///< m, of the cameras
+  double lowest = 0.0;  ///< m in W; lower points are left out, and 0 or less leaves out none
+};
+
 /// One cloud for each camera, in order: a point for every pixel whose ray hits the table, an object or the floor within
-/// `range` (m), row by row. Noise is along the ray, from (camera_seed, camera, row), so that the same scenario has the
+/// the range, row by row. Noise is along the ray, from (camera_seed, camera, row), so that the same scenario has the
 /// same points. Errors: camera values out of bounds, what MuJoCo refuses in the scene.
-Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scenario, double range = 4.0);
+Result<std::vector<scene::PointCloud>> render_depth(const scene::Scenario& scenario,
+                                                    const DepthSettings& settings = {});
 
 }  // namespace primo::physics

@@ -76,6 +76,7 @@ Status check_request(const PerceptionRequest& request) {
     if (label.name.empty() || !label.position.allFinite()) return bad("a label has no name or no finite position");
     if (!names.insert(label.name).second) return bad("label '" + label.name + "' is given twice");
   }
+  if (!std::isfinite(request.lowest)) return bad("the lowest height is not finite");
   if (request.held && (names.contains(request.held->name) || !request.held->X_WO.matrix().allFinite())) {
     return bad("the held object '" + request.held->name + "' is also a label, or its pose is not finite");
   }
@@ -147,9 +148,15 @@ std::vector<Label> labels_of(const Scenario& scenario) {
   return labels;
 }
 
+double lowest_of_interest(const Scenario& scenario) {
+  constexpr double kMargin = 0.05;  // for the noise of cameras
+  return std::max(0.0, scenario.table.top_centre.z() - scenario.table.thickness - kMargin);
+}
+
 PerceptionRequest perception_request(const Scenario& scenario, std::vector<PointCloud> clouds,
                                      const PerceptionSettings& settings) {
   PerceptionRequest request{scene_id(scenario), std::move(clouds), labels_of(scenario), scenario.table.name, settings};
+  request.lowest = lowest_of_interest(scenario);
   const Object* held = scenario.held ? scenario.object(scenario.held->object) : nullptr;
   if (held) request.held = ObjectEstimate{held->name, held->type, held->X_WO(), held->shape()};
   return request;
@@ -160,7 +167,7 @@ Result<SceneEstimate> perceive(const PerceptionRequest& request) {
   std::size_t count = 0;
   for (const auto& cloud : request.clouds) count += cloud.points.size();
   // Lower points belong to no table, and can't be near one.
-  const double floor = request.settings.min_table_height - kTableReach;
+  const double floor = std::max(request.settings.min_table_height - kTableReach, request.lowest);
   Points points;
   points.reserve(count);
   for (const auto& cloud : request.clouds) {

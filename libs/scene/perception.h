@@ -58,10 +58,15 @@ struct PerceptionRequest {
   /// as it is.
   std::optional<ObjectEstimate> held = {};
   bool octree = true;  ///< whether the answer has the octree; it is most of the time that perception takes
+  double lowest = 0;   ///< m in W; table and objects are looked for among points that are not lower
 };
 
 /// The labels of a scenario's objects that are not in the hand.
 std::vector<Label> labels_of(const Scenario& scenario);
+
+/// m in W: the table and what stands on it are higher; 0 for a table on the floor. Perception needs no point that is
+/// lower, and these are most of a picture.
+double lowest_of_interest(const Scenario& scenario);
 
 /// What is seen in clouds of this scenario: scene id, labels and the held object from it.
 PerceptionRequest perception_request(const Scenario& scenario, std::vector<PointCloud> clouds,

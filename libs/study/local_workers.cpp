@@ -109,7 +109,7 @@ Result<OptimizeResult> LocalWorkers::optimize(const OptimizeGoal& goal) {
 
 Result<scene::SceneEstimate> observe_scenario(const scene::Scenario& scenario) {
   const auto where = [&](const Error& error) { return error.at("scenario " + scenario.name); };
-  auto clouds = physics::render_depth(scenario);
+  auto clouds = physics::render_depth(scenario, {.lowest = scene::lowest_of_interest(scenario)});
   if (!clouds) return where(clouds.error());
   auto request = scene::perception_request(scenario, std::move(*clouds));
   request.octree = false;

@@ -30,7 +30,7 @@ Status run(const CameraConfig& config, service::Context& context) {
   RateLimit shows(config.show_rate);
   return context.serve(topics::kCamera, [&](const topics::msg::CameraJob& job) -> Result<topics::msg::CameraReply> {
     PRIMO_ASSIGN(const scene::Scenario scenario, wire::from_wire(job.scenario()));
-    PRIMO_ASSIGN(const auto clouds, physics::render_depth(scenario, config.range));
+    PRIMO_ASSIGN(const auto clouds, physics::render_depth(scenario, {config.range, job.lowest()}));
     topics::msg::CameraReply reply;
     const bool show = points.matched() > 0 && shows.due();
     for (std::size_t i = 0; i < clouds.size(); ++i) {

@@ -104,8 +104,9 @@ void DdsEvaluator::cancel_all() {
 }
 
 Result<std::unique_ptr<DdsWorkers>> DdsWorkers::create(const bus::Participant& participant, bus::StatusWatcher& watcher,
-                                                       Waiting waiting, const bus::ClientSettings& settings) {
-  std::unique_ptr<DdsWorkers> workers(new DdsWorkers(participant, watcher, std::move(waiting)));
+                                                       Waiting waiting, const bus::ClientSettings& settings,
+                                                       double map_rate) {
+  std::unique_ptr<DdsWorkers> workers(new DdsWorkers(participant, watcher, std::move(waiting), map_rate));
   PRIMO_ASSIGN(workers->evaluator_, DdsEvaluator::create(participant, watcher, workers->waiting_, settings));
   PRIMO_ASSIGN(workers->camera_, make_client<Camera>(participant, watcher, topics::kCamera, workers->mailbox_,
                                                      workers->waiting_, settings));
@@ -119,14 +120,16 @@ Result<std::vector<scene::SceneEstimate>> DdsWorkers::observe(std::span<const sc
   const auto start = [&](std::size_t index, const Finished& finished) {
     msg::CameraJob look;
     look.scenario(wire::to_wire(scenarios[index]));
-    const auto seen = [this, &scenarios, &estimates, index, finished](Result<msg::CameraReply> clouds) {
+    const bool whole = maps_.due();
+    if (!whole) look.lowest(scene::lowest_of_interest(scenarios[index]));
+    const auto seen = [this, &scenarios, &estimates, index, finished, whole](Result<msg::CameraReply> clouds) {
       if (!finished.active()) return;
       const std::string place = "observing " + scenarios[index].name;
       if (!clouds.ok()) return finished(clouds.error().at(place));
       msg::PerceptionJob job;
       job.scenario(wire::to_wire(scenarios[index]));
       job.clouds(std::move(clouds->clouds()));
-      job.octree(false);
+      job.octree(whole);
       const auto perceived = [&scenarios, &estimates, index, finished, place](Result<msg::PerceptionReply> reply) {
         if (!finished.active()) return;
         if (!reply.ok()) return finished(reply.error().at(place));
@@ -136,6 +139,7 @@ Result<std::vector<scene::SceneEstimate>> DdsWorkers::observe(std::span<const sc
           return finished(found.error().at(place));
         }
         estimates[index] = std::move(estimate).value();
+        estimates[index].octree.clear();  // it was for onlookers
         finished(success());
       };
       const auto submitted = perception_->submit(std::move(job), perceived);

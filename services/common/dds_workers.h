@@ -8,6 +8,7 @@
 
 #include "bus/job_client.h"
 #include "common/pump.h"
+#include "core/rate_limit.h"
 #include "study/backend.h"
 
 namespace primo::graph {
@@ -38,8 +39,11 @@ class DdsEvaluator : public study::Evaluator {
 /// Everything the conductor asks of others, over DDS. One thread at a time.
 class DdsWorkers : public study::Workers {
  public:
+  /// `map_rate` (Hz): so many scenes are observed whole and published with their occupancy map, for onlookers; of the
+  /// others the cameras leave out the floor.
   static Result<std::unique_ptr<DdsWorkers>> create(const bus::Participant& participant, bus::StatusWatcher& watcher,
-                                                    Waiting waiting, const bus::ClientSettings& settings = {});
+                                                    Waiting waiting, const bus::ClientSettings& settings,
+                                                    double map_rate);
 
   Status evaluate(std::span<const study::Rollout> rollouts,
                   const std::function<void(std::size_t index, study::RolloutResult result)>& on_result) override {
@@ -52,14 +56,15 @@ class DdsWorkers : public study::Workers {
  private:
   using Camera = bus::JobClient<primo_msgs::msg::CameraJob, primo_msgs::msg::CameraReply>;
   using Perception = bus::JobClient<primo_msgs::msg::PerceptionJob, primo_msgs::msg::PerceptionReply>;
-  DdsWorkers(const bus::Participant& participant, bus::StatusWatcher& watcher, Waiting waiting)
-      : participant_(participant), watcher_(watcher), waiting_(std::move(waiting)) {}
+  DdsWorkers(const bus::Participant& participant, bus::StatusWatcher& watcher, Waiting waiting, double map_rate)
+      : participant_(participant), watcher_(watcher), waiting_(std::move(waiting)), maps_(map_rate) {}
   /// Says that `role` is waited for while none of it is there.
   void say_missing(const std::string& role) const;
 
   bus::Participant participant_;
   bus::StatusWatcher& watcher_;
   Waiting waiting_;
+  RateLimit maps_;
   bus::Mailbox mailbox_;
   std::unique_ptr<DdsEvaluator> evaluator_;
   std::unique_ptr<Camera> camera_;

@@ -20,6 +20,7 @@ struct ConductorConfig {
   std::string study, directory, run;
   double deadline = 20;
   int attempts = 10;
+  double map_rate = 1;
   template <class V>
   void visit(V&& v) {
     v("study", study, {.help = "study file to run; empty: what the run-time folder assigns"});
@@ -28,6 +29,11 @@ struct ConductorConfig {
     v("deadline", deadline,
       {.help = "of a plan or a verdict, before it is asked for elsewhere", .unit = "s", .min = 0.1, .max = 3600});
     v("attempts", attempts, {.help = "of a plan or a verdict, before the study fails", .min = 1, .max = 1000});
+    v("map_rate", map_rate,
+      {.help = "of the scenes observed, so many are published with their occupancy map",
+       .unit = "Hz",
+       .min = 0,
+       .max = 1000});
   }
   Status validate() const {
     if (study.empty() != directory.empty()) {
@@ -63,7 +69,7 @@ class AssignmentWatch {
 class Conductor {
  public:
   Conductor(const ConductorConfig& config, service::Context& context, graph::ProgressPublisher progress)
-      : context_(context), progress_(std::move(progress)) {
+      : context_(context), progress_(std::move(progress)), map_rate_(config.map_rate) {
     client_.deadline = std::chrono::milliseconds(static_cast<int>(config.deadline * 1000));
     client_.attempts = config.attempts;
   }
@@ -73,7 +79,8 @@ class Conductor {
     context_.log().info("study {} in {}", study.id(), directory.string());
     const graph::Waiting waiting{stopping, [this](const std::string& text) { context_.waiting_for(text); }};
     PRIMO_ASSIGN(const auto watcher, context_.make_watcher());
-    PRIMO_ASSIGN(auto workers, graph::DdsWorkers::create(context_.participant(), *watcher, waiting, client_));
+    PRIMO_ASSIGN(auto workers,
+                 graph::DdsWorkers::create(context_.participant(), *watcher, waiting, client_, map_rate_));
     const auto on_progress = [this](const study::Progress& state) {
       if (const auto status = progress_.publish(state); !status.ok()) context_.log().warn("{}", status.error().message);
     };
@@ -124,6 +131,7 @@ class Conductor {
 
   service::Context& context_;
   graph::ProgressPublisher progress_;
+  double map_rate_;
   bus::ClientSettings client_;
 };
 

@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "bus/latched.h"
-#include "core/rate_limit.h"
 #include "scene/perception.h"
 #include "service/service.h"
 #include "wire/wire.h"
@@ -21,16 +20,10 @@ using sensor_msgs::msg::PointCloud2;
 struct PerceptionConfig {
   scene::PerceptionSettings perception;
   std::string live_frame = "world";
-  double map_rate = 2;
   template <class V>
   void visit(V&& v) {
     v("perception", perception, {});
     v("live_frame", live_frame, {.help = "clouds on rt/points with this frame are scenes too; empty: none are"});
-    v("map_rate", map_rate,
-      {.help = "of the scenes whose job needs no occupancy map, so many are published with one",
-       .unit = "Hz",
-       .min = 0,
-       .max = 1000});
   }
 };
 
@@ -90,7 +83,6 @@ Status run(const PerceptionConfig& config, service::Context& context) {
   PRIMO_ASSIGN(const auto points,
                bus::Subscription<PointCloud2>::create(context.participant(), topics::kPoints, on_cloud));
 
-  RateLimit maps(config.map_rate);
   return context.serve(topics::kPerception,
                        [&](const topics::msg::PerceptionJob& job) -> Result<topics::msg::PerceptionReply> {
                          PRIMO_ASSIGN(const scene::Scenario scenario, wire::from_wire(job.scenario()));
@@ -100,12 +92,11 @@ Status run(const PerceptionConfig& config, service::Context& context) {
                            clouds.push_back(std::move(cloud));
                          }
                          auto request = scene::perception_request(scenario, std::move(clouds), config.perception);
-                         request.octree = job.octree() || (scenes.matched() > 0 && maps.due());
+                         request.octree = job.octree();
                          PRIMO_ASSIGN(const auto estimate, scene::perceive(request));
                          topics::msg::PerceptionReply reply;
                          reply.estimate(wire::to_wire(estimate));
                          publish(reply.estimate());
-                         if (!job.octree()) reply.estimate().octree().clear();
                          return reply;
                        });
 }

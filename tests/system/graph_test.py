@@ -11,7 +11,7 @@ import unittest
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from running_graph import PATIENCE, ROOT, Graph, wait_for  # noqa: E402
+from running_graph import PATIENCE, ROOT, Graph, environment, free_domain, primo, wait_for  # noqa: E402
 
 STUDY = pathlib.Path(__file__).parent / "small.yaml"
 EXPECTED = ["camera", "conductor", "judge", "judge", "optimizer", "perception", "planner", "planner", "rule_learner"]
@@ -49,6 +49,21 @@ class Handled(unittest.TestCase):
             self.assertEqual([w["role"] for w in workers], EXPECTED)
             self.assertEqual({w["name"]: w["pid"] for w in workers}, graph.processes())
             self.assertEqual({w["state"] for w in workers}, {"idle"})
+
+    def test_with_any_number_of_workers_a_study_has_the_same_bytes(self):
+        env = environment(self.directory.parent / "run", free_domain(10))
+        local = self.directory.with_name("local")
+        code, out, err = primo("study", "run", STUDY, "--local", "--no-report", "--directory", local, env=env)
+        self.assertEqual(code, 0, out + err)
+        for workers in (1, 3):
+            with Graph(seed=10 + workers, workers=workers) as graph:
+                names = [w["role"] for w in graph.status()]
+                self.assertEqual((names.count("planner"), names.count("judge")), (workers, workers))
+                directory = self.directory.with_name(f"workers_{workers}")
+                code, out, err = graph.primo("study", "run", STUDY, "--no-report", "--directory", directory)
+                self.assertEqual(code, 0, out + err)
+            self.assertEqual((directory / "result.json").read_bytes(), (local / "result.json").read_bytes())
+            self.assertEqual(evaluations(directory), evaluations(local))
 
     def test_status_shows_a_process_that_hangs(self):
         with Graph(seed=8) as graph:

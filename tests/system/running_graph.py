@@ -46,13 +46,14 @@ def wait_for(condition, what, seconds=PATIENCE):
 class Graph:
     """Context manager: `primo up` on entry, `primo down` on exit, and a check that nothing is left."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, workers=2):
+        self.workers = workers
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="primo-"))
         self.run = self.folder / "run"
         self.env = environment(self.run, free_domain(seed))
 
     def __enter__(self):
-        code, out, err = primo("up", "--timeout", 60, env=self.env)
+        code, out, err = primo("up", "--timeout", 60, "--workers", self.workers, env=self.env)
         if code != 0:
             logs = "\n".join(f"--- {p.name}\n{p.read_text()[-2000:]}" for p in sorted(self.run.glob("*.log")))
             self.close()

@@ -88,7 +88,7 @@ TEST(DepthCamera, every_pixel_sees_what_a_ray_through_the_whole_scene_meets_firs
     scenario.cameras[3].look_at = scenario.table.top_centre;
     scenario.cameras[4].look_at = scenario.cameras[4].position + Vector3d(0.2, 1, -0.2);
     for (auto& camera : scenario.cameras) std::tie(camera.width, camera.height) = std::pair(97, 71);
-    const auto clouds = render_depth(scenario, 50);
+    const auto clouds = render_depth(scenario, {.range = 50});
     ASSERT_TRUE(clouds.ok()) << clouds.error().message;
     const auto model = assemble(nullptr, scenario);
     ASSERT_TRUE(model.ok());
@@ -113,6 +113,63 @@ TEST(DepthCamera, every_pixel_sees_what_a_ray_through_the_whole_scene_meets_firs
     }
   }
   EXPECT_EQ(pixels, 6U * 5 * 97 * 71);
+}
+
+TEST(DepthCamera, below_the_lowest_height_points_are_left_out_and_no_other_changes) {
+  for (const double noise : {0.0, 0.002, 0.05}) {
+    auto scenario = scene_of(3, 3, noise);
+    scenario.cameras.resize(3, scenario.cameras.front());
+    scenario.cameras[2].position = scenario.table.top_centre + Vector3d(-0.9, 0.2, -0.1);
+    scenario.cameras[2].look_at = scenario.table.top_centre;
+    const auto whole = render_depth(scenario);
+    ASSERT_TRUE(whole.ok());
+    for (const double lowest : {-1.0, 0.0, 1e-6, 0.02, scenario.table.top_centre.z() + 0.01, 5.0}) {
+      const auto cropped = render_depth(scenario, {.lowest = lowest});
+      ASSERT_TRUE(cropped.ok());
+      for (std::size_t i = 0; i < whole->size(); ++i) {
+        auto kept = (*whole)[i];
+        std::erase_if(kept.points, [&](const Eigen::Vector3f& p) {
+          return lowest > 0 && (kept.X_WC * p.cast<double>()).z() < lowest;
+        });
+        EXPECT_EQ(kept.points, (*cropped)[i].points) << "noise " << noise << " lowest " << lowest << " camera " << i;
+      }
+    }
+  }
+  EXPECT_FALSE(render_depth(scene_of(0, 1, 0), {.lowest = std::nan("")}).ok());
+}
+
+TEST(DepthCamera, what_is_perceived_does_not_depend_on_points_of_the_floor) {
+  std::size_t left_out = 0, all = 0;
+  for (std::uint64_t index = 0; index < 12; ++index) {
+    const auto scenario = scene_of(index, 3, index % 3 == 0 ? 0.0 : index % 3 == 1 ? 0.002 : 0.02);
+    const double lowest = scene::lowest_of_interest(scenario);
+    EXPECT_GT(lowest, 0.1);
+    const auto whole = render_depth(scenario), cropped = render_depth(scenario, {.lowest = lowest});
+    ASSERT_TRUE(whole.ok() && cropped.ok());
+    for (std::size_t i = 0; i < whole->size(); ++i) {
+      all += (*whole)[i].points.size();
+      left_out += (*whole)[i].points.size() - (*cropped)[i].points.size();
+    }
+    auto request = scene::perception_request(scenario, *whole);
+    request.octree = false;
+    const auto expected = scene::perceive(request);
+    request.clouds = *cropped;
+    const auto found = scene::perceive(request);
+    ASSERT_EQ(expected.ok(), found.ok());
+    if (!expected.ok()) continue;
+    EXPECT_EQ(expected->table.top_centre, found->table.top_centre);
+    EXPECT_EQ(expected->table.size, found->table.size);
+    ASSERT_EQ(expected->objects.size(), found->objects.size());
+    for (std::size_t i = 0; i < expected->objects.size(); ++i) {
+      const auto& a = expected->objects[i];
+      const auto& b = found->objects[i];
+      EXPECT_EQ(a.name, b.name);
+      EXPECT_EQ(a.X_WO.matrix(), b.X_WO.matrix());
+      EXPECT_EQ(a.shape.size, b.shape.size);
+      EXPECT_EQ(a.points, b.points);
+    }
+  }
+  EXPECT_GT(left_out, all / 2);
 }
 
 TEST(DepthCamera, a_scene_may_hold_as_many_objects_as_a_file) {
@@ -174,7 +231,7 @@ TEST(DepthCamera, an_invalid_scenario_is_refused) {
   auto scenario = scene_of(0, 1, 0);
   scenario.objects[0].position.x() = std::nan("");
   EXPECT_FALSE(render_depth(scenario).ok());
-  EXPECT_FALSE(render_depth(scene_of(0, 1, 0), 0).ok());
+  EXPECT_FALSE(render_depth(scene_of(0, 1, 0), {.range = 0}).ok());
 }
 
 struct Errors {

@@ -94,12 +94,13 @@ Result<Finished> run_program(std::vector<std::string> arguments, std::vector<std
   return finished;
 }
 
-/// The configuration with this run-time folder in place of the default one.
-Result<fs::path> render_configuration(const Layout& layout) {
+/// The configuration with this run-time folder and number of workers in place of the default ones.
+Result<fs::path> render_configuration(const Layout& layout, int workers) {
   const fs::path source = layout.root / "compose" / "supervisord.conf";
   PRIMO_ASSIGN(std::string text, read_file(source));
   replace_all(text, "%(here)s/../.primo", layout.run.string());
   replace_all(text, "%(here)s", source.parent_path().string());
+  replace_all(text, "numprocs=" + std::to_string(kWorkers), "numprocs=" + std::to_string(workers));
   const fs::path target = layout.run / "supervisord.conf";
   PRIMO_TRY(write_file(target, text));
   return target;
@@ -118,8 +119,9 @@ bool wait_until_gone(pid_t pid, double seconds) {
 
 }  // namespace
 
-std::vector<Expected> expected_workers() {
-  return {{"camera"}, {"perception"}, {"planner", 2}, {"judge", 2}, {"rule_learner"}, {"optimizer"}, {"conductor"}};
+std::vector<Expected> expected_workers(int workers) {
+  return {{"camera"},       {"perception"}, {"planner", workers}, {"judge", workers},
+          {"rule_learner"}, {"optimizer"},  {"conductor"}};
 }
 
 std::optional<pid_t> supervisor_pid(const Layout& layout) {
@@ -172,7 +174,7 @@ Status check_services(const Layout& layout) {
   return success();
 }
 
-Status start_supervisor(const Layout& layout, bool foreground) {
+Status start_supervisor(const Layout& layout, int workers, bool foreground) {
   if ((layout.run / "supervisor.sock").string().size() > 90) {
     return Error{Code::config,
                  layout.run.string() +
@@ -180,7 +182,7 @@ Status start_supervisor(const Layout& layout, bool foreground) {
                      "Choose a shorter one with --run"};
   }
   PRIMO_TRY(remember_graph(layout));
-  PRIMO_ASSIGN(const fs::path configuration, render_configuration(layout));
+  PRIMO_ASSIGN(const fs::path configuration, render_configuration(layout, workers));
   std::vector<std::string> arguments = {"supervisord", "-c", configuration.string()};
   auto environment = child_environment(layout);
   if (foreground) {

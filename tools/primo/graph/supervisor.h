@@ -16,7 +16,8 @@ struct Expected {
   std::string role;
   int count = 1;
 };
-std::vector<Expected> expected_workers();
+constexpr int kWorkers = 2;  ///< planners, and judges, of the file as it is
+std::vector<Expected> expected_workers(int workers = kWorkers);
 
 /// The supervisord of this run-time folder, when it lives.
 std::optional<pid_t> supervisor_pid(const Layout& layout);
@@ -30,8 +31,9 @@ std::string process_role(pid_t pid);
 /// Asks every service to check its configuration. The first that refuses: its own line, Code::config.
 Status check_services(const Layout& layout);
 
-/// Starts supervisord as a daemon, or in the place of this process (then it returns only on failure).
-Status start_supervisor(const Layout& layout, bool foreground);
+/// Starts supervisord with so many planners and judges, as a daemon or in the place of this process (then it returns
+/// only on failure).
+Status start_supervisor(const Layout& layout, int workers, bool foreground);
 
 /// Stops supervisord and every process of the run-time folder, and removes what they left there and in shared memory.
 Status stop_graph(const Layout& layout);

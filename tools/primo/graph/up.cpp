@@ -19,15 +19,15 @@ using Clock = std::chrono::steady_clock;
 
 struct Options {
   std::string run, robot;
-  int domain = -1;
+  int domain = -1, workers = kWorkers;
   double timeout = 30;
   bool foreground = false;
 };
 
 /// "a planner (1 of 2)", … of what is not there yet; empty when all are.
-std::string missing(const bus::StatusWatcher& watcher) {
+std::string missing(const bus::StatusWatcher& watcher, int workers) {
   std::string text;
-  for (const auto& [role, count] : expected_workers()) {
+  for (const auto& [role, count] : expected_workers(workers)) {
     int there = 0;
     for (const auto& worker : watcher.workers(role)) there += worker.state != bus::State::starting;
     if (there >= count) continue;
@@ -37,16 +37,16 @@ std::string missing(const bus::StatusWatcher& watcher) {
   return text;
 }
 
-Status wait_for_all(const Layout& layout, const bus::StatusWatcher& watcher, double timeout) {
-  const auto end = Clock::now() + std::chrono::duration<double>(timeout);
+Status wait_for_all(const Layout& layout, const bus::StatusWatcher& watcher, const Options& options) {
+  const auto end = Clock::now() + std::chrono::duration<double>(options.timeout);
   auto said_at = Clock::now();
   std::string said;
   for (;;) {
-    const std::string text = missing(watcher);
+    const std::string text = missing(watcher, options.workers);
     if (text.empty()) return success();
     if (Clock::now() > end) {
-      return Error{Code::unavailable, "not up after " + std::to_string(static_cast<int>(timeout)) + " s: " + text +
-                                          ". Their logs are in " + layout.run.string()};
+      return Error{Code::unavailable, "not up after " + std::to_string(static_cast<int>(options.timeout)) +
+                                          " s: " + text + ". Their logs are in " + layout.run.string()};
     }
     if (text != said && Clock::now() - said_at > std::chrono::seconds(1)) {
       std::cout << "primo: waiting for " << text << std::endl;
@@ -73,15 +73,15 @@ Status up(const Options& options) {
   if (!options.robot.empty()) layout.robot = std::filesystem::absolute(options.robot);
   if (const auto robot = robot::Robot::load(layout.robot); !robot.ok()) return robot.error();
   PRIMO_TRY(check_services(layout));
-  if (options.foreground) return start_supervisor(layout, true);
+  if (options.foreground) return start_supervisor(layout, options.workers, true);
 
   const auto begin = Clock::now();
   bus::BusSettings bus;
   bus.domain_override = layout.domain;
   PRIMO_ASSIGN(const auto participant, bus::Participant::create(bus, "primo_up"));
   PRIMO_ASSIGN(const auto watcher, bus::StatusWatcher::create(participant));
-  PRIMO_TRY(start_supervisor(layout, false));
-  if (const auto status = wait_for_all(layout, *watcher, options.timeout); !status.ok()) {
+  PRIMO_TRY(start_supervisor(layout, options.workers, false));
+  if (const auto status = wait_for_all(layout, *watcher, options); !status.ok()) {
     if (const auto stopped = stop_graph(layout); !stopped.ok()) return stopped.error();
     return status.error();
   }
@@ -114,6 +114,10 @@ void add_up(CLI::App& app, int& exit) {
   auto* verb = app.add_subcommand("up", "starts the graph of services and waits until all of it is there");
   add_common(*verb, *options);
   verb->add_option("--robot", options->robot, "robot file of planners and judges (default: the Schunk arm)");
+  verb->add_option("--workers", options->workers,
+                   "planners, and as many judges; a study's result does not depend on it")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
   verb->add_option("--timeout", options->timeout, "seconds to wait")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
