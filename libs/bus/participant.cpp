@@ -152,6 +152,9 @@ Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, i
   if (settings.shared_memory) {
     auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
     shared->segment_size(static_cast<std::uint32_t>(settings.segment_mib) << 20);
+    // Of a process that does not take its messages for so long others close the port. Stopped for a shorter time it is
+    // to be reachable again.
+    shared->healthy_check_timeout_ms(static_cast<std::uint32_t>(settings.lease_ms));
     qos.transport().user_transports.push_back(shared);
     // Others find this process by multicast, whatever its number; named peers try the first ones.
     const int range = settings.peers.empty() ? 120 : kPeerRange;
@@ -215,6 +218,7 @@ Result<Participant> Participant::create(const BusSettings& settings, const std::
                  "bus: Fast DDS could not set its shared memory up in /dev/shm; check its space and permissions, "
                  "or set bus.shared_memory: false"};
   }
+  if (settings.shared_memory) impl->ports = OwnPorts(domain, qos.wire_protocol().participant_id);
   impl->start();
   return Participant(std::move(impl));
 }
@@ -223,6 +227,7 @@ const std::string& Participant::name() const { return impl_->name; }
 const std::string& Participant::id() const { return impl_->id; }
 int Participant::domain() const { return impl_->domain; }
 const std::string& Participant::host() const { return impl_->host; }
+bool Participant::deaf() const { return impl_->ports.lost(); }
 
 std::vector<std::string> Participant::problems() const {
   const std::lock_guard lock(impl_->problems_mutex);

@@ -4,8 +4,10 @@
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
@@ -13,8 +15,10 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 
 namespace primo::bus {
@@ -49,6 +53,30 @@ bool shared_memory_mapped() {
 
 namespace {
 
+// RTPS 2.2, 9.6.1.1: PB + DG · domain + d1 or d3 + PG · participant.
+int discovery_port(int domain, int participant) { return 7400 + 250 * domain + 10 + 2 * participant; }
+int data_port(int domain, int participant) { return 7400 + 250 * domain + 11 + 2 * participant; }
+std::string port_file(int port) { return "/dev/shm/fastrtps_port" + std::to_string(port); }
+
+std::optional<ino_t> inode_of(const std::string& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return std::nullopt;
+  return status.st_ino;
+}
+
+/// Whether this process has that file mapped, and not a deleted one of the same name.
+bool maps_file(const std::string& file, ino_t inode) {
+  std::ifstream maps("/proc/self/maps");
+  if (!maps) return true;  // cannot be told
+  std::string range, access, offset, device, path;
+  ino_t mapped = 0;
+  for (std::string line; std::getline(maps, line);) {
+    std::istringstream in(line);
+    if (in >> range >> access >> offset >> device >> mapped >> path && mapped == inode && path == file) return true;
+  }
+  return false;
+}
+
 /// The ports that any process has mapped whose maps can be read.
 std::set<std::string> mapped_ports() {
   namespace fs = std::filesystem;
@@ -69,10 +97,8 @@ std::set<std::string> mapped_ports() {
 }  // namespace
 
 int unused_participant_id(int domain, int count) {
-  // RTPS 2.2, 9.6.1.1: PB + DG · domain + d1 (metatraffic) or d3 (user data) + PG · participant.
-  const int base = 7400 + 250 * domain;
   const auto has_file = [](int port) {
-    const std::string name = "/dev/shm/fastrtps_port" + std::to_string(port);
+    const std::string name = port_file(port);
     return access(name.c_str(), F_OK) == 0 || access((name + "_el").c_str(), F_OK) == 0;
   };
   // Processes that start together begin to look at different places.
@@ -81,9 +107,24 @@ int unused_participant_id(int domain, int count) {
     bits = static_cast<std::uint32_t>(getpid());
   for (int i = 0; i < count; ++i) {
     const int id = static_cast<int>((bits + static_cast<std::uint32_t>(i)) % static_cast<std::uint32_t>(count));
-    if (!has_file(base + 10 + 2 * id) && !has_file(base + 11 + 2 * id)) return id;
+    if (!has_file(discovery_port(domain, id)) && !has_file(data_port(domain, id))) return id;
   }
   return -1;
+}
+
+OwnPorts::OwnPorts(int domain, int participant_id) {
+  if (participant_id < 0) return;
+  for (const int port : {discovery_port(domain, participant_id), data_port(domain, participant_id)}) {
+    if (const auto inode = inode_of(port_file(port))) files_.emplace_back(port_file(port), *inode);
+  }
+}
+
+bool OwnPorts::lost() const {
+  return std::any_of(files_.begin(), files_.end(), [](const auto& known) {
+    const auto inode = inode_of(known.first);
+    // Fast DDS itself may have made the port anew, and listens to the new file then.
+    return !inode || (*inode != known.second && !maps_file(known.first, *inode));
+  });
 }
 
 int remove_dead_shared_memory() {

@@ -1,7 +1,12 @@
 // Shared memory can be had or not: found out before Fast DDS falls back to something slower without a word.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/result.h"
 
@@ -18,6 +23,20 @@ bool shared_memory_mapped();
 /// it anew, and when that happens while the restarted process has just opened it, that process listens to a deleted
 /// file for ever. A port that nobody ever had is nobody's to recover.
 int unused_participant_id(int domain, int count);
+
+/// The files of the two ports on which a participant of this process listens.
+class OwnPorts {
+ public:
+  OwnPorts() = default;
+  /// As they are now; none for a number below 0, which Fast DDS is to replace.
+  OwnPorts(int domain, int participant_id);
+  /// Whether one was removed, or made anew while this process has the old file mapped. Who listens to a deleted file
+  /// hears nothing for ever.
+  bool lost() const;
+
+ private:
+  std::vector<std::pair<std::string, ino_t>> files_;
+};
 
 /// Removes the segments and ports that processes left behind which were killed: those that nobody has locked and, of
 /// ports, which others may be writing to, those that nobody has mapped either. Gives their number.

@@ -41,10 +41,11 @@ struct StatusSettings {
   unsigned credits = 0;
   std::string config_hash, version;
   std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a third of it
-  /// Called when this process was stopped for longer than `membership`, which is to be BusSettings::lease_ms: others
-  /// have forgotten it, and DDS does not introduce it to them again.
+  /// Called, with why, when this process will hear nothing more: it was stopped for longer than `membership`, which is
+  /// to be BusSettings::lease_ms, so that others have forgotten it and DDS does not introduce it to them again; or its
+  /// participant is deaf.
   std::chrono::milliseconds membership{10000};
-  std::function<void(std::chrono::milliseconds stopped)> on_forgotten = {};
+  std::function<void(const std::string& why)> on_lost = {};
 };
 
 /// Publishes this process's status and keeps asserting its liveliness from a thread of its own. Thread-safe.

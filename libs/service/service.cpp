@@ -212,12 +212,9 @@ Result<std::unique_ptr<Context>> make_context(const Launch& launch, const std::s
   status.version = PRIMO_VERSION;
   status.lease = std::chrono::milliseconds(common.lease_ms);
   status.membership = std::chrono::milliseconds(common.bus.lease_ms);
-  status.on_forgotten = [raw = impl.get()](std::chrono::milliseconds stopped) {
-    raw->logger->error(
-        "was stopped for {} ms, longer than bus.lease_ms; the others have forgotten this process, which ends to be "
-        "started anew",
-        stopped.count());
-    raw->forgotten = true;
+  status.on_lost = [raw = impl.get()](const std::string& why) {
+    if (raw->forgotten.exchange(true)) return;
+    raw->logger->error("{}; it ends to be started anew", why);
     raw->stop.request_stop();
   };
   PRIMO_ASSIGN(impl->status, bus::StatusPublisher::create(impl->participant, std::move(status)));

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "bus/participant.h"
 #include "bus/shared_memory.h"
+#include "bus/status.h"
 
 namespace primo {
 namespace {
@@ -103,6 +105,53 @@ TEST(ServiceProcess, ends_with_0_at_once_when_told_to_by_either_signal) {
     process.signal(signal);
     EXPECT_EQ(process.wait(), 0) << process.output();
   }
+}
+
+bus::Participant join(const std::string& name) {
+  bus::BusSettings settings;
+  settings.domain_override = test_domain();
+  settings.segment_mib = 4;
+  return bus::Participant::create(settings, name).value();
+}
+
+TEST(ServiceProcess, whose_port_another_removes_says_so_and_ends_to_be_started_anew) {
+  for (const bool replaced : {false, true}) {
+    Process process = start_worker("deaf");
+    wait_until_it_takes_jobs(process);
+    std::set<std::string> ports;
+    std::ifstream maps("/proc/" + std::to_string(process.pid()) + "/maps");
+    for (std::string line; std::getline(maps, line);) {
+      const auto at = line.find("/dev/shm/fastrtps_port");
+      if (at != std::string::npos) ports.insert(line.substr(at));
+    }
+    ports.erase("/dev/shm/fastrtps_port" + std::to_string(7400 + 250 * test_domain()));  // everybody's
+    ASSERT_GE(ports.size(), 2u);
+    const std::string port = *ports.begin();
+    std::filesystem::rename(port, port + "_old");
+    if (replaced) std::filesystem::copy(port + "_old", port);
+    EXPECT_EQ(process.wait(), 69) << process.output();
+    EXPECT_NE(process.output().find("removed from /dev/shm"), std::string::npos) << process.output();
+    std::filesystem::remove(port + "_old");
+    std::filesystem::remove(port);
+  }
+}
+
+TEST(ServiceProcess, stopped_for_seconds_is_reachable_again) {
+  Process process = start_worker("stopped");
+  wait_until_it_takes_jobs(process);
+  process.signal(SIGSTOP);
+  {
+    // Somebody who talks to it meanwhile, and could take it for dead.
+    const auto participant = join("asker");
+    const auto watcher = bus::StatusWatcher::create(participant).value();
+    std::this_thread::sleep_for(std::chrono::seconds(4));
+  }
+  process.signal(SIGCONT);
+  const auto participant = join("later");
+  const auto watcher = bus::StatusWatcher::create(participant).value();
+  EXPECT_TRUE(watcher->wait_for("planner", 1, std::chrono::seconds(10)));
+  process.signal(SIGTERM);
+  EXPECT_EQ(process.wait(), 0);
 }
 
 TEST(ServiceProcess, when_killed_leaves_shared_memory_that_is_found_dead_and_removed_while_the_living_keep_theirs) {
