@@ -137,6 +137,7 @@ std::vector<Search::Candidate> Search::promising(const Candidate& from) {
     if (!fresh && candidate.better_than(at->second)) at->second = std::move(candidate);
   });
   std::vector<Candidate> best;
+  best.reserve(kinds.size());
   for (auto& [fits, candidate] : kinds) best.push_back(std::move(candidate));
   std::sort(best.begin(), best.end(), [](const Candidate& a, const Candidate& b) { return a.better_than(b); });
   const auto width = static_cast<std::size_t>(examples_.settings().look_ahead);
