@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{192} << 20;
 constexpr double kOmitted = 3;             // times what a required literal earns (decision 0308)
+constexpr double kGuessed = 10;            // examples from which on a guess costs less (decision 0309)
 constexpr std::size_t kBitsAVariable = 5;  // in the key of an example's changes
 
 /// The change of a scene over the rule's variables; empty when an object that changes is neither bound nor a constant.
@@ -45,12 +46,27 @@ double undone(const RuleKey& key, const InducedOutcomes& induced) {
   return sum;
 }
 
-/// What the context costs beside α.
-double length(const RuleKey& key, const LearnerSettings& settings) {
+/// Whether a context literal may well hold by chance in the few examples there are: it says something of one object or
+/// of none that actions change, and is not what this action undoes. A relation names an object.
+bool is_guess(LiftedLiteral literal, const InducedOutcomes& induced, const std::set<std::int16_t>& changing) {
+  if (literal.relation != Relation::none || terms(literal.atom).size() > 1) return false;
+  if (!changing.contains(literal.atom[0])) return false;
+  if (literal.negated) return true;
+  literal.negated = true;
+  return std::none_of(induced.outcomes.begin(), induced.outcomes.end(), [&](const Outcome& outcome) {
+    return std::find(outcome.begin(), outcome.end(), literal) != outcome.end();
+  });
+}
+
+/// What the context costs beside α. What holds in many examples holds less easily by chance.
+double length(const RuleKey& key, const InducedOutcomes& induced, std::size_t examples,
+              const std::set<std::int16_t>& changing, const LearnerSettings& settings) {
+  const double guess = settings.guess * std::min(1.0, kGuessed / static_cast<double>(examples));
   double nats = 0;
   for (const auto& literal : key.context) {
     nats += settings.term * static_cast<double>(terms(literal.atom).size());
     if (literal.negated) nats += settings.negation;
+    if (is_guess(literal, induced, changing)) nats += guess;
   }
   return nats;
 }
@@ -146,7 +162,8 @@ void ActionExamples::refit(const RuleKey& key, FittedRule& fitted) {
   }
   fitted.induced = induced;
   fitted.score = induced->score - settings_.alpha * static_cast<double>(key.context.size()) +
-                 settings_.requirement * undone(key, *induced) - length(key, settings_);
+                 settings_.requirement * undone(key, *induced) -
+                 length(key, *induced, covered.size(), changing_, settings_);
 }
 
 const FittedRule& ActionExamples::fit(const RuleKey& key) {

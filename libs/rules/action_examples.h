@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <unordered_map>
 #include <vector>
 
@@ -21,7 +22,8 @@ struct FittedRule {
   std::shared_ptr<const InducedOutcomes> induced;  ///< none when nothing is covered
   /// Log-likelihood − α · (literals of context and outcomes) + requirement · (literals that are made false, each by its
   /// probability; those that the context does not have count −3) − negation · (negated literals of the context)
-  /// − term · (its terms).
+  /// − term · (its terms) − guess · (those that are a guess; less each when
+  /// many examples are covered).
   double score = 0;
   std::size_t seen = 0;  ///< examples this is the fit to
   bool usable() const { return induced && !induced->outcomes.empty(); }
@@ -29,9 +31,11 @@ struct FittedRule {
 
 class ActionExamples {
  public:
-  /// The scenes must outlive this; they may become more, but those that are there must not change.
-  ActionExamples(const std::vector<Scene>& scenes, const LearnerSettings& settings)
-      : scenes_(scenes), settings_(settings), coverage_(scenes) {}
+  /// Both must outlive this; scenes may become more, but those that are there must not change. `changing`: the
+  /// predicates that any action changes.
+  ActionExamples(const std::vector<Scene>& scenes, const std::set<std::int16_t>& changing,
+                 const LearnerSettings& settings)
+      : scenes_(scenes), changing_(changing), settings_(settings), coverage_(scenes) {}
   ActionExamples(const ActionExamples&) = delete;
   ActionExamples& operator=(const ActionExamples&) = delete;
 
@@ -58,6 +62,7 @@ class ActionExamples {
   int change(const Covered& covered, std::size_t i);
 
   const std::vector<Scene>& scenes_;
+  const std::set<std::int16_t>& changing_;
   LearnerSettings settings_;
   Coverage coverage_;
   Bits all_, unchanged_;

@@ -65,20 +65,26 @@ Result<bool> ExperienceStore::add(const Experience& experience, const std::strin
     if (!fresh) return data(where + ": " + experience.id + " stands twice with different contents; ids must be unique");
   }
   const auto derived = symbols::derive(background_.derived, experience.objects, experience.before);
-  scenes_[experience.action.predicate].push_back(make_scene(vocabulary_, experience.objects, experience.before,
-                                                            experience.action, experience.after, background_.constants,
-                                                            derived));
+  auto& scenes = scenes_[experience.action.predicate];
+  scenes.push_back(make_scene(vocabulary_, experience.objects, experience.before, experience.action, experience.after,
+                              background_.constants, derived));
+  for (const auto& change : scenes.back().changes) changing_.insert(change.atom[0]);
   ++size_;
   return true;
 }
 
 bool ExperienceStore::sort() {
+  const bool more = changing_.size() != changing_then_;
+  changing_then_ = changing_.size();
   const std::size_t before = sorted_;
   sorted_ = vocabulary_.size();
-  if (before == sorted_) return false;
+  if (before == sorted_) return more;
   const auto becomes = vocabulary_.sort();
-  if (becomes.empty()) return false;
+  if (becomes.empty()) return more;
   for (auto& [action, scenes] : scenes_) renumber(scenes, becomes);
+  std::set<std::int16_t> changing;
+  for (const auto predicate : changing_) changing.insert(becomes[static_cast<std::size_t>(predicate)]);
+  changing_ = std::move(changing);
   return true;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,13 +28,15 @@ class ExperienceStore {
   Result<bool> add(const symbols::Experience& experience, const std::string& where);
 
   /// Brings the predicates in the order of their names, so that nothing depends on the order of the experiences. True
-  /// when that changed scenes that were there before.
+  /// when that changed scenes that were there before, or which predicates change.
   bool sort();
 
   const Background& background() const { return background_; }
   const Vocabulary& vocabulary() const { return vocabulary_; }
   /// By action. The vectors stay where they are; scenes are only added, and changed by sort() only.
   const std::map<std::string, std::vector<Scene>>& scenes() const { return scenes_; }
+  /// The predicates (and functions) that some action changed, by number.
+  const std::set<std::int16_t>& changing() const { return changing_; }
   std::int64_t size() const { return size_; }
 
  private:
@@ -42,7 +45,9 @@ class ExperienceStore {
   Background background_;
   symbols::Signatures signatures_;
   Vocabulary vocabulary_;
-  std::size_t sorted_ = 0;                      // predicates
+  std::size_t sorted_ = 0;  // predicates
+  std::set<std::int16_t> changing_;
+  std::size_t changing_then_ = 0;               // when they were sorted
   std::map<std::string, std::uint64_t> known_;  // id → contents
   std::map<std::string, std::vector<Scene>> scenes_;
   std::int64_t size_ = 0;

@@ -79,7 +79,8 @@ Status check(const LearnerSettings& settings) {
   for (const auto& [name, nats] : {std::pair("caution", settings.caution),
                                    {"requirement", settings.requirement},
                                    {"negation", settings.negation},
-                                   {"term", settings.term}}) {
+                                   {"term", settings.term},
+                                   {"guess", settings.guess}}) {
     if (!(nats >= 0) || !std::isfinite(nats))
       return config(std::string(name).append(" must be finite and not negative"));
   }
@@ -106,7 +107,7 @@ Result<RuleSet> learn(ExperienceStore& store, const LearnerSettings& settings) {
   store.sort();
   RuleSet rules;
   for (const auto& [action, scenes] : store.scenes()) {
-    ActionExamples examples(scenes, settings);
+    ActionExamples examples(scenes, store.changing(), settings);
     add_rules(store, action, examples, Search(examples).climb({}).rules, rules);
   }
   rules.derived = store.background().derived;

@@ -18,6 +18,7 @@ struct LearnerSettings {
   double requirement = 1;        ///< nats that a context literal earns which is surely made false (decision 0307)
   double negation = 2;           ///< nats that a negated context literal costs that no split has made (decision 0308)
   double term = 0.1;             ///< nats that each term of a context literal costs beside alpha (decision 0308)
+  double guess = 3;              ///< nats that a property costs which actions change, but not this one (decision 0309)
   int max_references = 3;        ///< deictic variables a rule
   int max_steps = 10000;         ///< accepted changes of the rule set, for each action
   int max_candidates = 1000000;  ///< sets of rules looked at, for each action; then the best so far is returned
@@ -39,6 +40,11 @@ struct LearnerSettings {
        .min = 0,
        .max = 1e6});
     v("term", term, {.help = "cost of each term of a context literal", .unit = "nats", .min = 0, .max = 1e6});
+    v("guess", guess,
+      {.help = "cost of a context literal of one object or none that some action changes and this one does not undo",
+       .unit = "nats",
+       .min = 0,
+       .max = 1e6});
     v("max_references", max_references, {.help = "deictic variables a rule", .min = 0, .max = 6});
     v("max_steps", max_steps, {.help = "accepted changes of the rule set for each action", .min = 1, .max = 1e9});
     v("max_candidates", max_candidates, {.help = "sets of rules looked at for each action", .min = 1, .max = 1e9});

@@ -28,7 +28,7 @@ Result<std::unique_ptr<OnlineLearner>> OnlineLearner::create(const LearnerSettin
 OnlineLearner::Action& OnlineLearner::action(const std::string& name) {
   Action& action = actions_[name];
   if (!action.examples) {
-    action.examples = std::make_unique<ActionExamples>(store_.scenes().at(name), settings_);
+    action.examples = std::make_unique<ActionExamples>(store_.scenes().at(name), store_.changing(), settings_);
     action.search = std::make_unique<Search>(*action.examples);
   }
   return action;

@@ -54,7 +54,7 @@ class OnlineLearner {
   Action& action(const std::string& name);
   void fit(const std::string& name, Action& action);
   void publish();
-  /// Orders the predicates; where that moves any, all begins anew.
+  /// Orders the predicates; where that moves any, or another one turns out to change, all begins anew.
   void sort();
 
   LearnerSettings settings_;

@@ -98,16 +98,27 @@ Search::Candidate Search::look_ahead(Candidate best) {
   for (bool improved = true; improved && !exhausted();) {
     improved = false;
     const double reached = best.score + kImprovement;
-    for (auto& start : promising(best)) {
+    for (const auto& start : promising(best)) {
       if (exhausted()) break;
       examples_.limit_memory();
-      auto summit = ascend(std::move(start));
+      auto summit = summit_from(start, best);
       if (!(summit.score > reached) || !summit.better_than(best)) continue;
       best = std::move(summit);
       improved = true;
     }
   }
   return best;
+}
+
+/// Where the ascent from a worse neighbour ends. One that leaves changed examples of a rule to the default rule often
+/// leads straight back, since a rule for them that is trimmed alone takes in the others again: then they are explained
+/// beside the rest.
+Search::Candidate Search::summit_from(const Candidate& start, const Candidate& best) {
+  auto summit = ascend(start);
+  const double reached = best.score + kImprovement;
+  if (summit.score > reached || start.noise <= best.noise) return summit;
+  auto beside = explained_beside(start);
+  return beside && beside->score > reached ? ascend(std::move(*beside)) : summit;
 }
 
 /// The best of all neighbours, of those that cover and explain the same examples alike only the best.
@@ -126,6 +137,7 @@ std::vector<Search::Candidate> Search::promising(const Candidate& from) {
     if (!fresh && candidate.better_than(at->second)) at->second = std::move(candidate);
   });
   std::vector<Candidate> best;
+  best.reserve(kinds.size());
   for (auto& [fits, candidate] : kinds) best.push_back(std::move(candidate));
   std::sort(best.begin(), best.end(), [](const Candidate& a, const Candidate& b) { return a.better_than(b); });
   const auto width = static_cast<std::size_t>(examples_.settings().look_ahead);

@@ -31,6 +31,7 @@ class Search {
   struct Candidate;
   Candidate ascend(Candidate best);
   Candidate look_ahead(Candidate best);
+  Candidate summit_from(const Candidate& start, const Candidate& best);
   Candidate without_idle_rules(Candidate best);
   std::vector<Candidate> promising(const Candidate& from);
   void for_each_neighbour(const Candidate& from, const std::function<void(Candidate&&)>& visit);

@@ -142,6 +142,11 @@ void add_learn(CLI::App& rules, int& exit) {
                    "what a negated context literal costs that no split of rules made, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  verb->add_option("--guess", options->learner.guess,
+                   "what a context literal of one object or none costs that some action changes and this one does not "
+                   "undo, nats")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   verb->add_option("--term", options->learner.term, "what each term of a context literal costs, nats")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "generated_data.h"
+#include "rules/online.h"
 #include "rules/score.h"
 
 namespace primo::rules {
@@ -159,6 +160,49 @@ TEST(Learn, takes_what_an_action_makes_false_for_its_condition_until_data_speak_
   EXPECT_EQ(context(learned(wiped(20, false))), std::set<Literal>{lit("dust", {"X"})});
   EXPECT_EQ(context(learned(wiped(20, false), {.requirement = 0})), std::set<Literal>{});
   EXPECT_EQ(context(learned(wiped(20, true))), std::set<Literal>{});
+}
+
+TEST(Learn, takes_what_may_hold_by_chance_for_a_condition_only_with_enough_examples) {
+  // push(X) works three times by light and fails once in the dark; of light the data say whether it ever changes.
+  const auto pushed = [](int times) {
+    std::vector<Experience> data;
+    for (int i = 0; i < 4 * times; ++i) {
+      Experience e{.id = std::to_string(i), .objects = {"a"}, .before = {}, .action = lit("push", {"a"}), .after = {}};
+      if (i % 4 != 0) {
+        e.before.insert(lit("light"));
+        e.after = {lit("light"), lit("moved", {"a"})};
+      }
+      data.push_back(e);
+    }
+    return data;
+  };
+  const Experience lamp{.id = "lamp", .objects = {}, .before = {}, .action = lit("press"), .after = {lit("light")}};
+  const auto with_lamp = [&](std::vector<Experience> data) {
+    data.push_back(lamp);
+    return data;
+  };
+  const auto context = [](const RuleSet& rules) {
+    const auto rule = std::find_if(rules.rules.begin(), rules.rules.end(),
+                                   [](const Rule& r) { return r.action.predicate == "push"; });
+    EXPECT_NE(rule, rules.rules.end()) << to_text(rules);
+    return rule == rules.rules.end() ? std::set<Literal>{} : as_set(rule->context);
+  };
+  const std::set<Literal> nothing, light{lit("light")};
+  // The literal gains 4 ln 4 - 3 ln 3 = 2.25 nats and costs 0.5, or 3.5 where it is a guess.
+  EXPECT_EQ(context(learned(pushed(1))), light);
+  EXPECT_EQ(context(learned(with_lamp(pushed(1)))), nothing);
+  EXPECT_EQ(context(learned(with_lamp(pushed(1)), {.guess = 0})), light);
+  // Four times the data: 9.0 nats against 0.5 + 3 * 10/12.
+  EXPECT_EQ(context(learned(with_lamp(pushed(4)))), light);
+  // The lamp comes last, after rules have been found: the same as all at once.
+  const auto online = OnlineLearner::create().value();
+  for (const auto& e : pushed(1)) ASSERT_TRUE(online->note(e).ok());
+  online->settle();
+  EXPECT_EQ(context(online->rules()), light);
+  ASSERT_TRUE(online->note(lamp).ok());
+  online->settle();
+  EXPECT_EQ(to_json(online->rules()), to_json(learned(with_lamp(pushed(1)))));
+  EXPECT_EQ(learn(pushed(1), {.guess = -1}).error().code, Code::config);
 }
 
 TEST(Learn, what_a_context_literal_earns_is_no_part_of_the_score) {

@@ -120,7 +120,7 @@ TEST(Search, scores_at_least_the_true_rules_where_a_good_rule_stands_in_the_way_
   // Two pickups from the table beside a rule for pickups from blocks; and rules among literals that mean nothing.
   const auto domain = domains::gripper();
   for (const auto& [seed, n, distractors] :
-       {std::tuple{1017, 100, 0}, {1034, 100, 0}, {1002, 200, 15}, {1004, 200, 15}}) {
+       {std::tuple{1017, 100, 0}, {1034, 100, 0}, {1002, 200, 15}, {1004, 200, 15}, {4065, 100, 0}, {5176, 100, 0}}) {
     auto data = domain.data(n, static_cast<std::uint64_t>(seed));
     domains::add_distractors(data, distractors, static_cast<std::uint64_t>(seed));
     EXPECT_GE(score(learn(data).value(), data), score(domain.truth, data)) << "seed " << seed;
