@@ -19,9 +19,9 @@
 #include <utility>
 #include <vector>
 
-namespace primo {
+#include "../test_domain.h"
 
-inline int test_domain() { return 100 + static_cast<int>(getpid() % 100); }
+namespace primo {
 
 class Process {
  public:

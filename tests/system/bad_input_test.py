@@ -23,7 +23,7 @@ class Refused(unittest.TestCase):
     def setUp(self):
         self.temporary = tempfile.TemporaryDirectory(prefix="primo-bad-")
         self.folder = pathlib.Path(self.temporary.name)
-        self.env = environment(self.folder / "run", free_domain(9))
+        self.env = environment(self.folder / "run", free_domain())
 
     def tearDown(self):
         self.temporary.cleanup()

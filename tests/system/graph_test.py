@@ -44,19 +44,19 @@ class Handled(unittest.TestCase):
         self.folder.cleanup()
 
     def test_status_shows_every_process_with_its_number(self):
-        with Graph(seed=2) as graph:
+        with Graph() as graph:
             workers = graph.status()
             self.assertEqual([w["role"] for w in workers], EXPECTED)
             self.assertEqual({w["name"]: w["pid"] for w in workers}, graph.processes())
             self.assertEqual({w["state"] for w in workers}, {"idle"})
 
     def test_with_any_number_of_workers_a_study_has_the_same_bytes(self):
-        env = environment(self.directory.parent / "run", free_domain(10))
+        env = environment(self.directory.parent / "run", free_domain())
         local = self.directory.with_name("local")
         code, out, err = primo("study", "run", STUDY, "--local", "--no-report", "--directory", local, env=env)
         self.assertEqual(code, 0, out + err)
         for workers in (1, 3):
-            with Graph(seed=10 + workers, workers=workers) as graph:
+            with Graph(workers=workers) as graph:
                 names = [w["role"] for w in graph.status()]
                 self.assertEqual((names.count("planner"), names.count("judge")), (workers, workers))
                 directory = self.directory.with_name(f"workers_{workers}")
@@ -66,7 +66,7 @@ class Handled(unittest.TestCase):
             self.assertEqual(evaluations(directory), evaluations(local))
 
     def test_status_shows_a_process_that_hangs(self):
-        with Graph(seed=8) as graph:
+        with Graph() as graph:
             hung = max(pid for name, pid in graph.processes().items() if name.startswith("judge"))
             os.kill(hung, signal.SIGSTOP)
             silent = [w for w in graph.status() if w["state"] == "silent"]
@@ -74,7 +74,7 @@ class Handled(unittest.TestCase):
             self.assertEqual([(w["role"], w["pid"]) for w in silent], [("judge", hung)])
 
     def test_down_leaves_no_process_and_nothing_in_shared_memory(self):
-        graph = Graph(seed=3)
+        graph = Graph()
         with graph:
             processes = graph.processes()
             self.assertEqual(len(processes), len(EXPECTED))
@@ -87,14 +87,14 @@ class Handled(unittest.TestCase):
         self.assertEqual(ports & shared_memory(), set())
 
     def test_down_stops_the_processes_of_a_killed_supervisor(self):
-        graph = Graph(seed=4)
+        graph = Graph()
         with graph:
             os.kill(int((graph.run / "supervisord.pid").read_text()), signal.SIGKILL)
             self.assertEqual(len(graph.processes()), len(EXPECTED))
         self.assertEqual(graph.processes(), {})
 
     def test_an_interrupted_study_goes_on_where_it_was(self):
-        with Graph(seed=5) as graph:
+        with Graph() as graph:
             running = graph.start_study(STUDY, self.directory)
             wait_for(lambda: (self.directory / "journal.db").exists(), "the study's first answer")
             running.send_signal(signal.SIGINT)
@@ -122,7 +122,7 @@ class Handled(unittest.TestCase):
             self.assertEqual(evaluations(self.directory), evaluations(aside))
 
     def test_a_wrong_configuration_of_a_service_is_refused_before_anything_starts(self):
-        graph = Graph(seed=6)
+        graph = Graph()
         services = pathlib.Path(self.folder.name) / "services"
         for role in set(EXPECTED):
             (services / role).mkdir(parents=True)
@@ -138,7 +138,7 @@ class Handled(unittest.TestCase):
         graph.close()
 
     def test_a_study_for_another_robot_than_the_graph_s_is_refused(self):
-        with Graph(seed=7) as graph:
+        with Graph() as graph:
             other = pathlib.Path(self.folder.name)
             for name in ("schunk_lwa3_sdh2.yaml", "schunk_lwa3_sdh2.xml"):
                 (other / name).write_bytes((ROOT / "configs" / "robots" / name).read_bytes())

@@ -48,11 +48,11 @@ class Killed(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="primo-kill-")
         cls.root = pathlib.Path(cls.folder.name)
-        env = environment(cls.root / "run", free_domain(1))
+        env = environment(cls.root / "run", free_domain())
         code, out, err = primo("study", "run", STUDY, "--local", "--no-report", "--directory", cls.root / "local", env=env)
         assert code == 0, out + err
         cls.expected = (cls.root / "local" / "result.json").read_bytes()
-        cls.graph = Graph(seed=1)
+        cls.graph = Graph()
         cls.graph.__enter__()
 
     @classmethod

@@ -1,4 +1,5 @@
 """A graph of services for one test: its own DDS domain, run-time folder and study directory; gone when the test is."""
+import fcntl
 import json
 import os
 import pathlib
@@ -28,9 +29,22 @@ def primo(*arguments, env=None, timeout=PATIENCE):
     return finished.returncode, finished.stdout, finished.stderr
 
 
-def free_domain(seed):
-    """A domain of this test's own: tests that run side by side have other seeds, and unit tests take those from 100 on."""
-    return 10 + (os.getpid() * 7 + seed * 31) % 90
+_held = []  # locks of the domains that this process has, until it ends
+
+
+def free_domain():
+    """A DDS domain that no other test of this machine is in; tests/test_domain.h takes those from 100 on."""
+    for i in range(90):
+        domain = 10 + (os.getpid() * 7 + i) % 90
+        lock = open(f"/tmp/primo_test_domain_{domain}", "w")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.close()
+            continue
+        _held.append(lock)
+        return domain
+    raise AssertionError("no DDS domain is free")
 
 
 def wait_for(condition, what, seconds=PATIENCE):
@@ -46,11 +60,11 @@ def wait_for(condition, what, seconds=PATIENCE):
 class Graph:
     """Context manager: `primo up` on entry, `primo down` on exit, and a check that nothing is left."""
 
-    def __init__(self, seed, workers=2):
+    def __init__(self, workers=2):
         self.workers = workers
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="primo-"))
         self.run = self.folder / "run"
-        self.env = environment(self.run, free_domain(seed))
+        self.env = environment(self.run, free_domain())
 
     def __enter__(self):
         code, out, err = primo("up", "--timeout", 60, "--workers", self.workers, env=self.env)

@@ -2,19 +2,16 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <functional>
 #include <string>
 #include <thread>
 
+#include "../../test_domain.h"
 #include "bus/participant.h"
 
 namespace primo::bus {
-
-/// Processes of tests that run side by side don't hear each other.
-inline int test_domain() { return 100 + static_cast<int>(getpid() % 100); }
 
 inline BusSettings test_settings() {
   BusSettings settings;
