@@ -152,9 +152,6 @@ Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, i
   if (settings.shared_memory) {
     auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
     shared->segment_size(static_cast<std::uint32_t>(settings.segment_mib) << 20);
-    // Of a process that does not take its messages for so long others close the port. Stopped for a shorter time it is
-    // to be reachable again.
-    shared->healthy_check_timeout_ms(static_cast<std::uint32_t>(settings.lease_ms));
     qos.transport().user_transports.push_back(shared);
     // Others find this process by multicast, whatever its number; named peers try the first ones.
     const int range = settings.peers.empty() ? 120 : kPeerRange;
