@@ -18,10 +18,23 @@
 #include <optional>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 
 namespace primo::bus {
+namespace {
+
+/// Whether a line of this process's memory map is wanted; true where that cannot be told.
+template <class Wanted>
+bool any_mapping(const Wanted& wanted) {
+  std::ifstream maps("/proc/self/maps");
+  if (!maps) return true;
+  for (std::string line; std::getline(maps, line);) {
+    if (wanted(line)) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 Status probe_shared_memory(std::size_t bytes) {
   static std::atomic<unsigned> count{0};
@@ -43,12 +56,7 @@ Status probe_shared_memory(std::size_t bytes) {
 }
 
 bool shared_memory_mapped() {
-  std::ifstream maps("/proc/self/maps");
-  if (!maps) return true;  // cannot be told
-  for (std::string line; std::getline(maps, line);) {
-    if (line.find("/dev/shm/fastrtps_") != std::string::npos) return true;
-  }
-  return false;
+  return any_mapping([](const std::string& line) { return line.find("/dev/shm/fastrtps_") != std::string::npos; });
 }
 
 namespace {
@@ -62,19 +70,6 @@ std::optional<ino_t> inode_of(const std::string& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) return std::nullopt;
   return status.st_ino;
-}
-
-/// Whether this process has that file mapped, and not a deleted one of the same name.
-bool maps_file(const std::string& file, ino_t inode) {
-  std::ifstream maps("/proc/self/maps");
-  if (!maps) return true;  // cannot be told
-  std::string range, access, offset, device, path;
-  ino_t mapped = 0;
-  for (std::string line; std::getline(maps, line);) {
-    std::istringstream in(line);
-    if (in >> range >> access >> offset >> device >> mapped >> path && mapped == inode && path == file) return true;
-  }
-  return false;
 }
 
 /// The ports that any process has mapped whose maps can be read.
@@ -122,8 +117,9 @@ OwnPorts::OwnPorts(int domain, int participant_id) {
 bool OwnPorts::lost() const {
   return std::any_of(files_.begin(), files_.end(), [](const auto& known) {
     const auto inode = inode_of(known.first);
-    // Fast DDS itself may have made the port anew, and listens to the new file then.
-    return !inode || (*inode != known.second && !maps_file(known.first, *inode));
+    if (inode == known.second) return false;
+    // Fast DDS itself may have made the port anew, and has the new file mapped then; behind a deleted one stands so.
+    return !inode || !any_mapping([&](const std::string& line) { return line.ends_with(known.first); });
   });
 }
 

@@ -22,8 +22,7 @@ struct FittedRule {
   std::shared_ptr<const InducedOutcomes> induced;  ///< none when nothing is covered
   /// Log-likelihood − α · (literals of context and outcomes) + requirement · (literals that are made false, each by its
   /// probability; those that the context does not have count −3) − negation · (negated literals of the context)
-  /// − term · (its terms) − guess · (those that are a guess; less each when
-  /// many examples are covered).
+  /// − term · (its terms) − guess · (its literals that are a guess; less each where many examples are covered).
   double score = 0;
   std::size_t seen = 0;  ///< examples this is the fit to
   bool usable() const { return induced && !induced->outcomes.empty(); }

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "../unit/bus/fixture.h"
 #include "bus/job_client.h"
 #include "process.h"
 
@@ -20,10 +21,7 @@ using primo_msgs::msg::PlanReply;
 class Jobs : public testing::Test {
  protected:
   void SetUp() override {
-    BusSettings settings;
-    settings.domain_override = test_domain();
-    settings.segment_mib = 4;
-    participant.emplace(Participant::create(settings, "requester").value());
+    participant.emplace(make_participant("requester"));
     watcher = StatusWatcher::create(*participant).value();
     client.emplace(
         JobClient<PlanJob, PlanReply>::create(*participant, *watcher, topics::kPlan, mailbox, {.deadline = 20s})

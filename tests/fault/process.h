@@ -81,14 +81,20 @@ class Process {
     }
     return -1;
   }
-  /// The shared memory of Fast DDS that only this process has made: its segments, not the ports, which are shared.
-  std::set<std::string> segments() const {
+  /// The files of Fast DDS's shared memory that this process has mapped.
+  std::set<std::string> shared_memory() const {
     std::ifstream maps("/proc/" + std::to_string(pid_) + "/maps");
     std::set<std::string> names;
     for (std::string line; std::getline(maps, line);) {
       const auto at = line.find("/dev/shm/fastrtps_");
-      if (at != std::string::npos && line.find("port", at) == std::string::npos) names.insert(line.substr(at));
+      if (at != std::string::npos) names.insert(line.substr(at));
     }
+    return names;
+  }
+  /// Of these only what this process has made: its segments, not the ports, which are shared.
+  std::set<std::string> segments() const {
+    auto names = shared_memory();
+    std::erase_if(names, [](const std::string& name) { return name.find("port") != std::string::npos; });
     return names;
   }
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "bus/participant.h"
+#include "../unit/bus/fixture.h"
 #include "bus/shared_memory.h"
 #include "bus/status.h"
 
@@ -107,23 +107,12 @@ TEST(ServiceProcess, ends_with_0_at_once_when_told_to_by_either_signal) {
   }
 }
 
-bus::Participant join(const std::string& name) {
-  bus::BusSettings settings;
-  settings.domain_override = test_domain();
-  settings.segment_mib = 4;
-  return bus::Participant::create(settings, name).value();
-}
-
 TEST(ServiceProcess, whose_port_another_removes_says_so_and_ends_to_be_started_anew) {
   for (const bool replaced : {false, true}) {
     Process process = start_worker("deaf");
     wait_until_it_takes_jobs(process);
-    std::set<std::string> ports;
-    std::ifstream maps("/proc/" + std::to_string(process.pid()) + "/maps");
-    for (std::string line; std::getline(maps, line);) {
-      const auto at = line.find("/dev/shm/fastrtps_port");
-      if (at != std::string::npos) ports.insert(line.substr(at));
-    }
+    auto ports = process.shared_memory();
+    for (const std::string& segment : process.segments()) ports.erase(segment);
     ports.erase("/dev/shm/fastrtps_port" + std::to_string(7400 + 250 * test_domain()));  // everybody's
     ASSERT_GE(ports.size(), 2u);
     const std::string port = *ports.begin();
@@ -142,12 +131,12 @@ TEST(ServiceProcess, stopped_for_seconds_is_reachable_again) {
   process.signal(SIGSTOP);
   {
     // Somebody who talks to it meanwhile, and could take it for dead.
-    const auto participant = join("asker");
+    const auto participant = bus::make_participant("asker");
     const auto watcher = bus::StatusWatcher::create(participant).value();
     std::this_thread::sleep_for(std::chrono::seconds(4));
   }
   process.signal(SIGCONT);
-  const auto participant = join("later");
+  const auto participant = bus::make_participant("later");
   const auto watcher = bus::StatusWatcher::create(participant).value();
   EXPECT_TRUE(watcher->wait_for("planner", 1, std::chrono::seconds(10)));
   process.signal(SIGTERM);
@@ -155,21 +144,12 @@ TEST(ServiceProcess, stopped_for_seconds_is_reachable_again) {
 }
 
 TEST(ServiceProcess, when_killed_leaves_shared_memory_that_is_found_dead_and_removed_while_the_living_keep_theirs) {
-  const auto mapped_by = [](const Process& process) {
-    std::set<std::string> names;
-    std::ifstream maps("/proc/" + std::to_string(process.pid()) + "/maps");
-    for (std::string line; std::getline(maps, line);) {
-      const auto at = line.find("/dev/shm/fastrtps_");
-      if (at != std::string::npos) names.insert(line.substr(at));
-    }
-    return names;
-  };
   Process living = start_worker("living");
   wait_until_it_takes_jobs(living);
-  const auto kept = mapped_by(living);  // before it maps anything of the other
+  const auto kept = living.shared_memory();  // before it maps anything of the other
   Process dying = start_worker("dying");
   wait_until_it_takes_jobs(dying);
-  auto left = mapped_by(dying);
+  auto left = dying.shared_memory();
   for (const std::string& name : kept) left.erase(name);
   EXPECT_GE(kept.size(), 3u);  // a segment and two ports
   ASSERT_GE(left.size(), 1u);
