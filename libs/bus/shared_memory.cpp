@@ -8,8 +8,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -19,6 +21,8 @@
 #include <regex>
 #include <set>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace primo::bus {
 namespace {
@@ -72,6 +76,11 @@ std::optional<ino_t> inode_of(const std::string& file) {
   return status.st_ino;
 }
 
+/// Whether this process has the file mapped that has this name now.
+bool is_mapped(const std::string& file) {
+  return any_mapping([&](const std::string& line) { return line.ends_with(file); });
+}
+
 /// The ports that any process has mapped whose maps can be read.
 std::set<std::string> mapped_ports() {
   namespace fs = std::filesystem;
@@ -87,6 +96,65 @@ std::set<std::string> mapped_ports() {
     }
   }
   return ports;
+}
+
+/// A segment or port NAME has a file NAME_el (or NAME_sl) that is locked as long as somebody listens there. A port
+/// whose listener died may have lost that file and is then found by its name alone.
+std::array<std::string, 4> files_of(const std::string& name) {
+  return {name, name + "_el", name + "_sl", "sem." + name + "_mutex"};
+}
+
+const std::filesystem::path kFolder = "/dev/shm";
+
+bool is_locked(const std::filesystem::path& file) {
+  const int fd = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+  if (fd < 0) return errno != ENOENT;
+  const bool locked = ::flock(fd, LOCK_EX | LOCK_NB) != 0;
+  ::close(fd);
+  return locked;
+}
+
+struct Leftovers {
+  std::vector<std::string> dead;  // nobody has locked them, nobody has mapped those that are ports
+  bool young = false;             // whether there are others, made too short a time ago to tell
+};
+
+Leftovers leftovers(std::chrono::seconds age) {
+  namespace fs = std::filesystem;
+  static const std::regex kFile("(fastrtps_(?:[0-9a-f]{16}|port[0-9]{1,5}))(_[es]l)?");
+  std::map<std::string, bool> young;
+  std::error_code ec;
+  const auto latest = fs::file_time_type::clock::now() - age;
+  for (const auto& entry : fs::directory_iterator(kFolder, ec)) {
+    const std::string name = entry.path().filename();
+    std::smatch match;
+    if (!std::regex_match(name, match, kFile)) continue;
+    const bool is_port = name.find("port") != std::string::npos;
+    // A segment without the file that says whether it is locked is not ours to judge.
+    if (!is_port && !match[2].matched) continue;
+    young[match[1]] |= entry.last_write_time(ec) > latest;
+  }
+  // Only after the list: what is on it has been mapped by who made it, or never will be.
+  const std::set<std::string> mapped = mapped_ports();
+  Leftovers found;
+  for (const auto& [name, is_young] : young) {
+    if (mapped.contains(name)) continue;
+    // A lock is tried only where nobody can be about to take it.
+    if (is_young) {
+      found.young = true;
+    } else if (!is_locked(kFolder / (name + "_el")) && !is_locked(kFolder / (name + "_sl"))) {
+      found.dead.push_back(name);
+    }
+  }
+  return found;
+}
+
+int remove_all(const std::vector<std::string>& names) {
+  std::error_code ec;
+  for (const std::string& name : names) {
+    for (const std::string& file : files_of(name)) std::filesystem::remove(kFolder / file, ec);
+  }
+  return static_cast<int>(names.size());
 }
 
 }  // namespace
@@ -110,7 +178,9 @@ int unused_participant_id(int domain, int count) {
 OwnPorts::OwnPorts(int domain, int participant_id) {
   if (participant_id < 0) return;
   for (const int port : {discovery_port(domain, participant_id), data_port(domain, participant_id)}) {
-    if (const auto inode = inode_of(port_file(port))) files_.emplace_back(port_file(port), *inode);
+    const std::string file = port_file(port);
+    // Another may have made it anew before this process got here: then it is not this process's file.
+    if (const auto inode = inode_of(file)) files_.emplace_back(file, is_mapped(file) ? *inode : 0);
   }
 }
 
@@ -119,33 +189,18 @@ bool OwnPorts::lost() const {
     const auto inode = inode_of(known.first);
     if (inode == known.second) return false;
     // Fast DDS itself may have made the port anew, and has the new file mapped then; behind a deleted one stands so.
-    return !inode || !any_mapping([&](const std::string& line) { return line.ends_with(known.first); });
+    return !inode || !is_mapped(known.first);
   });
 }
 
 int remove_dead_shared_memory() {
-  namespace fs = std::filesystem;
-  // A segment or port NAME has a file NAME_el (or NAME_sl) that is locked as long as somebody listens there. A port
-  // whose listener died may have lost that file and is then found by its name alone.
-  static const std::regex kLock("(fastrtps_(?:[0-9a-f]{16}|port[0-9]{1,5}))_[es]l"), kPort("fastrtps_port[0-9]{1,5}");
-  const fs::path folder = "/dev/shm";
-  std::map<std::string, bool> in_use;
-  std::error_code ec;
-  for (const auto& entry : fs::directory_iterator(folder, ec)) {
-    const std::string name = entry.path().filename();
-    std::smatch match;
-    if (std::regex_match(name, kPort)) in_use[name] |= false;
-    if (!std::regex_match(name, match, kLock)) continue;
-    const int fd = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
-    in_use[match[1]] |= fd < 0 || ::flock(fd, LOCK_EX | LOCK_NB) != 0;
-    if (fd >= 0) ::close(fd);
-  }
-  const std::set<std::string> mapped = mapped_ports();
-  int removed = 0;
-  for (const auto& [name, used] : in_use) {
-    if (used || mapped.contains(name)) continue;
-    for (const auto& file : {name, name + "_el", name + "_sl", "sem." + name + "_mutex"}) fs::remove(folder / file, ec);
-    ++removed;
+  // What was made within the last second may be just about to be mapped and locked: it is looked at again after that.
+  constexpr std::chrono::seconds kSettled{1};
+  Leftovers found = leftovers(kSettled);
+  int removed = remove_all(found.dead);
+  if (found.young) {
+    std::this_thread::sleep_for(kSettled);
+    removed += remove_all(leftovers(kSettled).dead);
   }
   return removed;
 }

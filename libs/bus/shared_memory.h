@@ -39,7 +39,8 @@ class OwnPorts {
 };
 
 /// Removes the segments and ports that processes left behind which were killed: those that nobody has locked and, of
-/// ports, which others may be writing to, those that nobody has mapped either. Gives their number.
+/// ports, which others may be writing to, those that nobody has mapped either. Files younger than a second may be about
+/// to be locked by a process that starts: where there are any, it looks again after that second. Gives their number.
 int remove_dead_shared_memory();
 
 }  // namespace primo::bus

@@ -75,9 +75,13 @@ class Killed(unittest.TestCase):
             if disturb:
                 disturb(Journal(directory), running)
             out, err = running.communicate(timeout=PATIENCE)
+        except EndedBeforeTheKill:
+            running.communicate()
+            raise
         except BaseException:
             running.kill()
-            running.communicate()
+            out, err = running.communicate()
+            print(f"{directory.name}:\n{out}{err}\n{self.graph.report()}", file=sys.stderr)
             raise
         self.assertEqual(running.returncode, 0, out + err)
         self.assertEqual((directory / "result.json").read_bytes(), self.expected)

@@ -33,9 +33,9 @@ _held = []  # locks of the domains that this process has, until it ends
 
 
 def free_domain():
-    """A DDS domain that no other test of this machine is in; tests/test_domain.h takes those from 100 on."""
-    for i in range(90):
-        domain = 10 + (os.getpid() * 7 + i) % 90
+    """A DDS domain that no other test of this machine is in; tests/test_domain.h takes its own in the same way."""
+    for i in range(99):
+        domain = 1 + (os.getpid() * 7 + i) % 99
         lock = open(f"/tmp/primo_test_domain_{domain}", "w")
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -98,6 +98,13 @@ class Graph:
         assert code == 0, err
         return json.loads(out)
 
+    def report(self, lines=12):
+        """What the graph says of itself: for who must find out why a test failed."""
+        code, out, err = self.primo("status")
+        logs = (f"--- {p.name}\n" + "\n".join(p.read_text(errors="replace").splitlines()[-lines:])
+                for p in sorted(self.run.glob("*.log")))
+        return "\n".join([out + err, *logs])
+
     def processes(self):
         """name → pid of this graph's services, as the kernel knows them."""
         found = {}
@@ -111,6 +118,8 @@ class Graph:
                     continue
                 words = (entry / "cmdline").read_bytes().decode().split("\0")
             except OSError:
+                continue
+            if "--name" not in words:  # it is just ending, and has no command line any more
                 continue
             found[words[words.index("--name") + 1]] = int(entry.name)
         return found
