@@ -16,6 +16,7 @@
 #include <fastdds/dds/log/Log.hpp>
 #include <sstream>
 
+#include "bus/orphaned_ports.h"
 #include "bus/participant_impl.h"
 #include "bus/shared_memory.h"
 #include "core/hash.h"
@@ -30,6 +31,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPeerRange = 32;  // participant numbers of a host that named peers announce themselves to
+/// A process that does nothing for this long (by default a second), ms, is taken for dead by those who write to its
+/// ports of shared memory. On a busy machine that happens to the living too.
+constexpr std::uint32_t kStall = 3000;
+constexpr auto kPortsPeriod = std::chrono::seconds(1);
 
 /// What Fast DDS has to say goes where our own log goes. Much of what it calls an error is a peer's sudden end.
 class LogToSpdlog : public dds::LogConsumer {
@@ -151,6 +156,7 @@ Result<dds::DomainParticipantQos> participant_qos(const BusSettings& settings, i
   qos.transport().use_builtin_transports = false;
   if (settings.shared_memory) {
     auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+    shared->healthy_check_timeout_ms(kStall);
     shared->segment_size(static_cast<std::uint32_t>(settings.segment_mib) << 20);
     qos.transport().user_transports.push_back(shared);
     // Others find this process by multicast, whatever its number; named peers try the first ones.
@@ -215,7 +221,7 @@ Result<Participant> Participant::create(const BusSettings& settings, const std::
                  "bus: Fast DDS could not set its shared memory up in /dev/shm; check its space and permissions, "
                  "or set bus.shared_memory: false"};
   }
-  if (settings.shared_memory) impl->ports = OwnPorts(domain, qos.wire_protocol().participant_id);
+  impl->watches_ports = settings.shared_memory;
   impl->start();
   return Participant(std::move(impl));
 }
@@ -224,7 +230,6 @@ const std::string& Participant::name() const { return impl_->name; }
 const std::string& Participant::id() const { return impl_->id; }
 int Participant::domain() const { return impl_->domain; }
 const std::string& Participant::host() const { return impl_->host; }
-bool Participant::deaf() const { return impl_->ports.lost(); }
 
 std::vector<std::string> Participant::problems() const {
   const std::lock_guard lock(impl_->problems_mutex);
@@ -318,8 +323,18 @@ std::optional<std::string> Participant::Impl::in_words(const Mismatch& m) const 
 }
 
 void Participant::Impl::run_reporter() {
+  OrphanedPorts orphans;
+  auto look = Clock::now() + kPortsPeriod;
   std::unique_lock lock(problems_mutex);
   while (!stop) {
+    if (watches_ports && Clock::now() >= look) {
+      lock.unlock();
+      for (const int port : orphans.mark()) {
+        spdlog::info("shared-memory port {} was removed or replaced by another process; it is opened anew", port);
+      }
+      look = Clock::now() + kPortsPeriod;
+      lock.lock();
+    }
     std::vector<std::string> said(reports.begin(), reports.end());
     reports.clear();
     for (std::size_t left = mismatches.size(); left > 0; --left) {
@@ -346,7 +361,12 @@ void Participant::Impl::run_reporter() {
     if (!mismatches.empty()) {
       problems_changed.wait_for(lock, std::chrono::milliseconds(50));
     } else {
-      problems_changed.wait(lock, [&] { return stop || !mismatches.empty() || !reports.empty(); });
+      const auto has_news = [&] { return stop || !mismatches.empty() || !reports.empty(); };
+      if (watches_ports) {
+        problems_changed.wait_until(lock, look, has_news);
+      } else {
+        problems_changed.wait(lock, has_news);
+      }
     }
   }
 }

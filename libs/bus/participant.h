@@ -57,9 +57,6 @@ class Participant {
   const std::string& id() const;
   int domain() const;
   const std::string& host() const;
-  /// Whether another process removed or replaced a shared-memory port on which this one listens, as one does that takes
-  /// it for dead. No message comes through any more, and only a new participant can change that.
-  bool deaf() const;
 
   /// What went wrong so far, oldest first: QoS that doesn't match, malformed samples. Each is logged once as well.
   std::vector<std::string> problems() const;

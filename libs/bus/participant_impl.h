@@ -14,7 +14,6 @@
 #include "bus/dds_type.h"
 #include "bus/participant.h"
 #include "bus/qos.h"
-#include "bus/shared_memory.h"
 
 namespace primo::bus {
 
@@ -51,7 +50,7 @@ struct Participant::Impl {
   std::string name, id, host;
   int domain = 0;
   std::uint32_t max_bytes = 0;
-  OwnPorts ports;
+  bool watches_ports = false;  ///< of shared memory
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   std::unique_ptr<eprosima::fastdds::dds::DomainParticipantListener> listener;
 

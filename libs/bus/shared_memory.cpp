@@ -4,10 +4,8 @@
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/random.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -17,7 +15,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <regex>
 #include <set>
 #include <string>
@@ -25,20 +22,6 @@
 #include <vector>
 
 namespace primo::bus {
-namespace {
-
-/// Whether a line of this process's memory map is wanted; true where that cannot be told.
-template <class Wanted>
-bool any_mapping(const Wanted& wanted) {
-  std::ifstream maps("/proc/self/maps");
-  if (!maps) return true;
-  for (std::string line; std::getline(maps, line);) {
-    if (wanted(line)) return true;
-  }
-  return false;
-}
-
-}  // namespace
 
 Status probe_shared_memory(std::size_t bytes) {
   static std::atomic<unsigned> count{0};
@@ -60,7 +43,12 @@ Status probe_shared_memory(std::size_t bytes) {
 }
 
 bool shared_memory_mapped() {
-  return any_mapping([](const std::string& line) { return line.find("/dev/shm/fastrtps_") != std::string::npos; });
+  std::ifstream maps("/proc/self/maps");
+  if (!maps) return true;
+  for (std::string line; std::getline(maps, line);) {
+    if (line.find("/dev/shm/fastrtps_") != std::string::npos) return true;
+  }
+  return false;
 }
 
 namespace {
@@ -69,17 +57,6 @@ namespace {
 int discovery_port(int domain, int participant) { return 7400 + 250 * domain + 10 + 2 * participant; }
 int data_port(int domain, int participant) { return 7400 + 250 * domain + 11 + 2 * participant; }
 std::string port_file(int port) { return "/dev/shm/fastrtps_port" + std::to_string(port); }
-
-std::optional<ino_t> inode_of(const std::string& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return std::nullopt;
-  return status.st_ino;
-}
-
-/// Whether this process has the file mapped that has this name now.
-bool is_mapped(const std::string& file) {
-  return any_mapping([&](const std::string& line) { return line.ends_with(file); });
-}
 
 /// The ports that any process has mapped whose maps can be read.
 std::set<std::string> mapped_ports() {
@@ -173,24 +150,6 @@ int unused_participant_id(int domain, int count) {
     if (!has_file(discovery_port(domain, id)) && !has_file(data_port(domain, id))) return id;
   }
   return -1;
-}
-
-OwnPorts::OwnPorts(int domain, int participant_id) {
-  if (participant_id < 0) return;
-  for (const int port : {discovery_port(domain, participant_id), data_port(domain, participant_id)}) {
-    const std::string file = port_file(port);
-    // Another may have made it anew before this process got here: then it is not this process's file.
-    if (const auto inode = inode_of(file)) files_.emplace_back(file, is_mapped(file) ? *inode : 0);
-  }
-}
-
-bool OwnPorts::lost() const {
-  return std::any_of(files_.begin(), files_.end(), [](const auto& known) {
-    const auto inode = inode_of(known.first);
-    if (inode == known.second) return false;
-    // Fast DDS itself may have made the port anew, and has the new file mapped then; behind a deleted one stands so.
-    return !inode || !is_mapped(known.first);
-  });
 }
 
 int remove_dead_shared_memory() {

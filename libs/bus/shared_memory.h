@@ -1,12 +1,8 @@
 // Shared memory can be had or not: found out before Fast DDS falls back to something slower without a word.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstddef>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "core/result.h"
 
@@ -15,7 +11,7 @@ namespace primo::bus {
 /// Allocates that much in /dev/shm and gives it back. Error: unavailable, with the reason.
 Status probe_shared_memory(std::size_t bytes);
 
-/// Whether this process has a Fast DDS segment mapped.
+/// Whether this process has a Fast DDS segment mapped; true where that cannot be told.
 bool shared_memory_mapped();
 
 /// A participant number below `count` whose shared-memory ports in this domain have no file yet, or −1 when all have
@@ -23,20 +19,6 @@ bool shared_memory_mapped();
 /// it anew, and when that happens while the restarted process has just opened it, that process listens to a deleted
 /// file for ever. A port that nobody ever had is nobody's to recover.
 int unused_participant_id(int domain, int count);
-
-/// The files of the two ports on which a participant of this process listens.
-class OwnPorts {
- public:
-  OwnPorts() = default;
-  /// As they are now; none for a number below 0, which Fast DDS is to replace.
-  OwnPorts(int domain, int participant_id);
-  /// Whether one was removed, or made anew while this process has the old file mapped. Who listens to a deleted file
-  /// hears nothing for ever.
-  bool lost() const;
-
- private:
-  std::vector<std::pair<std::string, ino_t>> files_;
-};
 
 /// Removes the segments and ports that processes left behind which were killed: those that nobody has locked and, of
 /// ports, which others may be writing to, those that nobody has mapped either. Files younger than a second may be about

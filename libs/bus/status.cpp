@@ -24,8 +24,6 @@ using Message = primo_msgs::msg::WorkerStatus;
 constexpr auto kRateWindow = std::chrono::seconds(5);
 /// What only counts is published so often; between, the heartbeat is enough.
 constexpr auto kCountsPeriod = std::chrono::seconds(1);
-/// So many heartbeats in a row deaf: not just while a port is made anew.
-constexpr int kDeafBeats = 3;
 
 Message to_message(const WorkerInfo& info) {
   Message message;
@@ -87,7 +85,6 @@ struct StatusPublisher::Impl {
   std::unique_ptr<Writer> writer;
   std::chrono::milliseconds lease{500}, membership{10000};
   std::function<void(const std::string&)> on_lost;
-  std::optional<Participant> participant;
   mutable std::mutex mutex;
   std::condition_variable changed;
   WorkerInfo info;
@@ -113,32 +110,23 @@ void StatusPublisher::Impl::update_rate() {
 
 void StatusPublisher::Impl::run() {
   std::unique_lock lock(mutex);
-  int deaf_beats = 0;
   auto next = Clock::now(), last = next, published = next - kCountsPeriod;
   while (!stop) {
     const auto now = Clock::now();
     const auto gap = std::chrono::duration_cast<std::chrono::milliseconds>(now - std::exchange(last, now));
-    std::string lost;
-    if (gap > membership) {
-      lost = "was stopped for " + std::to_string(gap.count()) +
-             " ms, longer than bus.lease_ms; the others have forgotten this process";
+    if (gap > membership && on_lost) {
+      lock.unlock();
+      on_lost("was stopped for " + std::to_string(gap.count()) +
+              " ms, longer than bus.lease_ms; the others have forgotten this process");
+      lock.lock();
     }
     if (now >= next) {
       next = now + lease / 3;
-      deaf_beats = participant->deaf() ? deaf_beats + 1 : 0;
-      if (deaf_beats > kDeafBeats && lost.empty()) {
-        lost = "a shared-memory port of this process was removed from /dev/shm by another one; no message reaches it";
-      }
       if (now - published >= kCountsPeriod) {
         update_rate();
         urgent = dirty;
       }
       beat = true;
-    }
-    if (!lost.empty() && on_lost) {
-      lock.unlock();
-      on_lost(lost);
-      lock.lock();
     }
     if (urgent || beat) {
       const bool publish = urgent;
@@ -178,7 +166,6 @@ Result<std::unique_ptr<StatusPublisher>> StatusPublisher::create(const Participa
   impl->lease = settings.lease;
   impl->membership = settings.membership;
   impl->on_lost = std::move(settings.on_lost);
-  impl->participant = participant;
   impl->info.worker = participant.id();
   impl->info.name = participant.name();
   impl->info.host = participant.host();

@@ -42,8 +42,7 @@ struct StatusSettings {
   std::string config_hash, version;
   std::chrono::milliseconds lease{500};  ///< others notice a death within this; the heartbeat is a third of it
   /// Called, with why, when this process will hear nothing more: it was stopped for longer than `membership`, which is
-  /// to be BusSettings::lease_ms, so that others have forgotten it and DDS does not introduce it to them again; or its
-  /// participant is deaf.
+  /// to be BusSettings::lease_ms, so that others have forgotten it and DDS does not introduce it to them again.
   std::chrono::milliseconds membership{10000};
   std::function<void(const std::string& why)> on_lost = {};
 };

@@ -37,15 +37,16 @@ Status pump(bus::Mailbox& mailbox, const Waiting& waiting, std::size_t n, const 
     cancel();
     return error;
   };
-  for (std::size_t next = 0; state->done < n;) {
+  for (std::size_t next = 0;;) {
     while (next < n && state->status.ok() && state->under_way < window()) {
       ++state->under_way;
       const std::size_t index = next++;
       start(index, Finished(state));
     }
     if (!state->status.ok()) return give_up(state->status.error());
+    if (state->done == n) break;
     if (waiting.stopping()) return give_up(stopped());
-    if (state->done < n) mailbox.run(kTick);
+    mailbox.run(kTick);
   }
   state->active = false;
   return success();

@@ -158,10 +158,10 @@ TEST(Jobs, a_workers_error_reaches_the_requester_with_code_and_sentence_and_is_n
 TEST(Jobs, of_a_draining_worker_go_to_another_and_the_one_in_work_is_finished) {
   Requester requester;
   Worker leaving("planner1", 30ms);
-  ASSERT_TRUE(requester.watcher->wait_for("planner", 1, 5s));
+  ASSERT_TRUE(requester.watcher->wait_for("planner", 1, 20s));
   for (int i = 1; i <= 6; ++i) requester.submit(i);
   ASSERT_TRUE(eventually([&] { return leaving.inside == 1; }));
-  ASSERT_TRUE(leaving.server->drain(5s));
+  ASSERT_TRUE(leaving.server->drain(20s));
   EXPECT_EQ(leaving.inside, 0);
   const Worker staying("planner2", 1ms);
   ASSERT_TRUE(requester.wait_answers(6));
@@ -190,7 +190,7 @@ TEST(Jobs, survive_a_requesters_end_without_harm_to_the_next_one) {
 TEST(Jobs, a_deadline_sends_a_job_to_another_worker_and_the_late_answer_is_dropped) {
   Requester requester({.deadline = 300ms});
   Worker slow("planner1", 900ms);
-  ASSERT_TRUE(requester.watcher->wait_for("planner", 1, 5s));
+  ASSERT_TRUE(requester.watcher->wait_for("planner", 1, 20s));
   requester.submit(1);
   ASSERT_TRUE(eventually([&] { return slow.inside == 1; }));
   Worker quick("planner2");

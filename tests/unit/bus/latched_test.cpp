@@ -72,7 +72,7 @@ TEST(Latched, a_log_gives_a_late_joiner_every_sample_in_order) {
   }
   Heard<Experience> heard;
   const auto subscription = Subscription<Experience>::create(b, topics::kExperience, heard.callback()).value();
-  ASSERT_TRUE(eventually([&] { return heard.count() >= 3000; }, 20s)) << heard.count();
+  ASSERT_TRUE(eventually([&] { return heard.count() >= 3000; }, 30s)) << heard.count();
   for (int i = 0; i < 3000; ++i) ASSERT_EQ(heard.samples[static_cast<std::size_t>(i)].id(), std::to_string(i));
 }
 
@@ -132,7 +132,7 @@ TEST(Status, tells_of_join_update_and_death) {
   {
     const auto status =
         StatusPublisher::create(a, {.role = "judge", .credits = 2, .config_hash = "abc", .version = "1"}).value();
-    ASSERT_TRUE(watcher->wait_for("judge", 1, 5s));
+    ASSERT_TRUE(watcher->wait_for("judge", 1, 20s));
     ASSERT_TRUE(seen("0"));
     const WorkerInfo info = watcher->workers("judge").at(0);
     EXPECT_EQ(info.worker, a.id());
