@@ -144,6 +144,21 @@ class Killed(unittest.TestCase):
     def test_conductor_while_the_optimizer_works(self):
         self.kill_when("conductor", lambda journal: journal.evaluations() >= 8)
 
+    # As on a machine that has other things to do: longer than a death takes to be noticed, and than Fast DDS waits.
+    def test_stalled_for_seconds_but_not_killed(self):
+        def disturb(journal, running):
+            for names in (["conductor", "judge-1"], ["camera", "optimizer", "planner-2"], list(self.graph.processes())):
+                wait_for(lambda: journal.answers("rollout") > 2 or running.poll() is not None, "the first collection")
+                if running.poll() is not None:
+                    raise EndedBeforeTheKill
+                pids = [self.graph.processes()[name] for name in names]
+                for pid in pids:
+                    os.kill(pid, signal.SIGSTOP)
+                time.sleep(4)
+                for pid in pids:
+                    os.kill(pid, signal.SIGCONT)
+        self.study(disturb)
+
     def test_conductor_and_optimizer_together(self):
         def disturb(journal, running):
             wait_for(lambda: journal.evaluations() >= 8 or running.poll() is not None, "the optimization")
