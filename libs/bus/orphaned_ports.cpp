@@ -71,6 +71,7 @@ std::uintptr_t find_state(const Mapping& mapping) {
 bool mark_not_ok(const Mapping& mapping) {
   const std::uintptr_t at = find_state(mapping);
   PortState state{};
+  // Read again, so that hardly any time passes in which another could change the flags or unmap the port.
   if (at == 0 || !transfer(process_vm_readv, &state, at, sizeof state)) return false;
   if (state.port != static_cast<std::uint32_t>(mapping.port) || (state.flags & kOk) == 0) return false;
   state.flags &= ~kOk;

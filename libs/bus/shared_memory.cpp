@@ -155,7 +155,7 @@ int unused_participant_id(int domain, int count) {
 int remove_dead_shared_memory() {
   // What was made within the last second may be just about to be mapped and locked: it is looked at again after that.
   constexpr std::chrono::seconds kSettled{1};
-  Leftovers found = leftovers(kSettled);
+  const Leftovers found = leftovers(kSettled);
   int removed = remove_all(found.dead);
   if (found.young) {
     std::this_thread::sleep_for(kSettled);
